@@ -3,18 +3,22 @@
 use glam::{DMat3, DVec3};
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::settings_error;
 
 /// A read-only float64 array.
 pub(crate) type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
 
+/// A new array.
+pub(crate) type NewArray<'py, T> = Bound<'py, PyArrayDyn<T>>;
+/// A new array, dict or bytes, or an exception.
+pub(crate) type ArrayResult<'py, T> = PyResult<NewArray<'py, T>>;
+pub(crate) type DictResult<'py> = PyResult<Bound<'py, PyDict>>;
+pub(crate) type BytesResult<'py> = PyResult<Bound<'py, PyBytes>>;
+
 /// An array of this shape, without copying.
-pub(crate) fn array<'py, T: Element>(
-    py: Python<'py>,
-    data: Vec<T>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usize]) -> ArrayResult<'py, T> {
     data.into_pyarray(py).reshape(shape)
 }
 

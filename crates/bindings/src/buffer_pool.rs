@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
+use crate::arrays::DictResult;
+
 /// The most bytes that are kept.
 const MAX_BYTES: usize = 256 << 20;
 /// Renders in a row that need not use an array before it is freed.
@@ -101,8 +103,7 @@ fn view<'py, T: Element>(
     let array = array.bind(py);
     let Range { start, end } = aligned_range(array.data(), values);
     let part = PySlice::new(py, start.cast_signed(), end.cast_signed(), 1);
-    let plane = array.get_item(part)?.cast_into::<PyArray1<T>>()?;
-    Ok(plane.reshape(shape)?.into_any())
+    Ok(array.get_item(part)?.cast_into::<PyArray1<T>>()?.reshape(shape)?.into_any())
 }
 
 impl BufferPool {
@@ -218,7 +219,7 @@ impl OutputPlanes {
 
     /// The arrays for Python by name, [height, width] or [height, width, components]. Once Python references them no more,
     /// others get their memory.
-    pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> PyResult<Bound<'py, PyDict>> {
+    pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> DictResult<'py> {
         let dict = PyDict::new(py);
         for plane in &self.0 {
             let shape = [height, width, plane.channel.components()];

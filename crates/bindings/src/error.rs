@@ -57,6 +57,18 @@ pub(crate) trait IntoPyErr {
     fn into_py_err(self) -> PyErr;
 }
 
+/// The value of a result, or the exception of its error.
+pub(crate) trait OrRaise<T> {
+    /// Raises the error.
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T, E: IntoPyErr> OrRaise<T> for Result<T, E> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(IntoPyErr::into_py_err)
+    }
+}
+
 impl IntoPyErr for SceneError {
     fn into_py_err(self) -> PyErr {
         scene_error(&self, "")
@@ -134,12 +146,20 @@ impl IntoPyErr for RenderError {
 
 /// Checks that there are this many bytes for something: an allocation that fails would end the process.
 pub(crate) fn check_memory(what: &str, bytes: usize) -> PyResult<()> {
-    raycam_render::check_memory(|| what.into(), bytes as u64).map_err(IntoPyErr::into_py_err)
+    raycam_render::check_memory(|| what.into(), bytes as u64).or_raise()
 }
 
 /// Runs `f`; a panic in it, which is a bug, becomes an exception that says so.
 pub(crate) fn catch_panic<T>(f: impl FnOnce() -> T) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(f)).map_err(|payload| from_panic(&*payload))
+}
+
+/// Runs `f` without the GIL; its error, or a panic in it, becomes an exception.
+pub(crate) fn detached<T: Send, E: IntoPyErr + Send>(
+    py: Python<'_>,
+    f: impl FnOnce() -> Result<T, E> + Send,
+) -> PyResult<T> {
+    py.detach(|| catch_panic(f))?.or_raise()
 }
 
 /// The exception of a panic.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use raycam_render::{Control, RenderError};
 
-use crate::error::{IntoPyErr, catch_panic, from_panic, raycam_error};
+use crate::error::{OrRaise, catch_panic, from_panic, raycam_error};
 
 /// How long Ctrl-C and the progress bar may wait.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -23,7 +23,7 @@ pub(crate) fn run_for_work<T: Send>(
     }
     let result = py.detach(|| catch_panic(|| work(&control_of(cancel))))?;
     py.check_signals()?;
-    result.map_err(IntoPyErr::into_py_err)
+    result.or_raise()
 }
 
 /// The control of a call that `cancel` ends, if it is given.
@@ -89,7 +89,7 @@ pub(crate) fn run_cancellable<T: Send>(
                 return Err(error);
             }
             let result = result.ok_or_else(|| raycam_error("the work ended without a result".into()))?;
-            let value = result.map_err(IntoPyErr::into_py_err)?;
+            let value = result.or_raise()?;
             poll()?;
             Ok(value)
         })

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Limits on reading one world with every file that it names.
 ///
@@ -56,28 +56,26 @@ impl Budget {
     }
 
     /// Charges `amount` bytes of `path`.
-    pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+    pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.bytes, path, "bytes", amount)
     }
 
     /// Charges `amount` vertices, corners or parts of `path`.
-    pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+    pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.elements, path, "vertices and face corners", amount)
     }
 
     /// Charges `amount` pixels of `path`.
-    pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+    pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut { self.image_pixels }, path, "pixels", amount)?;
         charge(&mut self.pixels, path, "pixels", amount)
     }
 }
 
-fn charge(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<(), FormatError> {
+fn charge(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<()> {
     match left.checked_sub(amount) {
         Some(rest) => *left = rest,
-        None => {
-            return Err(FormatError::Budget { path: path.into(), what, amount, left: *left });
-        }
+        None => return Err(FormatError::Budget { path: path.into(), what, amount, left: *left }),
     }
     Ok(())
 }

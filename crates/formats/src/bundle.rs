@@ -9,7 +9,7 @@ use std::path::Path;
 use raycam_scene::{TextureCache, World};
 
 use crate::budget::Budget;
-use crate::error::{FormatError, Location};
+use crate::error::{FormatError, Location, Result};
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -19,7 +19,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// # Errors
 /// [`FormatError::Encode`] where memory runs out; [`FormatError::Scene`] where textures exceed their memory, since the
 /// bytes hold all of them.
-pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
+pub fn write(world: &World) -> Result<Vec<u8>> {
     world.check_textures_in_memory()?;
     let mut bytes = format!("{MAGIC}{VERSION}\n").into_bytes();
     let world = World { notices: Vec::new(), ..world.clone() };
@@ -34,7 +34,7 @@ pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
 ///
 /// # Errors
 /// [`FormatError`]: more bytes than the budget allows, no world of this version, or one that cannot be.
-pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, FormatError> {
+pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
     let wrong = |message: String| FormatError::Syntax { path: path.into(), location: Location::Whole, message };
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
@@ -58,6 +58,5 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, Form
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),
         None => Ok(world),
     };
-    let world = world.validated().and_then(bounded);
-    world.map_err(|source| FormatError::Scene { path: Some(path.into()), source })
+    world.validated().and_then(bounded).map_err(|source| FormatError::Scene { path: Some(path.into()), source })
 }

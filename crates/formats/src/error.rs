@@ -90,6 +90,9 @@ pub enum FormatError {
     Encode(String),
 }
 
+/// The result of reading or writing.
+pub type Result<T, E = FormatError> = std::result::Result<T, E>;
+
 /// Place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {

@@ -6,15 +6,15 @@ use std::path::Path;
 use raycam_scene::IesProfile;
 
 use crate::budget::Budget;
-use crate::error::FormatError;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
+use crate::io::InputFile;
 
 /// The profile in a file. Its candela are those of the luminaire as tested: multiplier and ballast factors are applied.
 ///
 /// # Errors
 /// [`FormatError::Syntax`] with the line, [`FormatError::Unsupported`] for other photometry than type C and for a tilt
 /// that changes the lamp's output, [`FormatError::Budget`].
-pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile, FormatError> {
+pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile> {
     let path = source.path.as_path();
     // Keywords may be in any old encoding; the numbers are ASCII.
     let text = String::from_utf8_lossy(&source.bytes);
@@ -79,7 +79,7 @@ struct NumberReader<'a, I> {
 }
 
 impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
-    fn next(&mut self, what: &str) -> Result<f64, FormatError> {
+    fn next(&mut self, what: &str) -> Result<f64> {
         let Some((line, token)) = self.tokens.next() else {
             return Err(FormatError::line(self.path, self.last, format!("the file ends, expected {what}")));
         };
@@ -89,7 +89,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         }
     }
 
-    fn count(&mut self, what: &str) -> Result<u64, FormatError> {
+    fn count(&mut self, what: &str) -> Result<u64> {
         let value = self.next(what)?;
         if value.fract() == 0.0 && (1.0..=1e9).contains(&value) {
             return Ok(value as u64);
@@ -97,7 +97,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         Err(FormatError::whole(self.path, format!("{what} is {value}, expected a whole number >= 1")))
     }
 
-    fn list(&mut self, count: u64, what: &str) -> Result<Vec<f64>, FormatError> {
+    fn list(&mut self, count: u64, what: &str) -> Result<Vec<f64>> {
         (0..count).map(|_| self.next(what)).collect()
     }
 }

@@ -46,7 +46,7 @@ pub use crate::io::asset_root::AssetRoot;
 pub use crate::io::memory_files::MemoryFiles;
 pub use crate::registry::{decode, decode_model, extensions, load, load_from_memory, load_within, read_model};
 pub use budget::Budget;
-pub use error::{FormatError, Location, broken_link};
+pub use error::{FormatError, Location, Result, broken_link};
 pub use gltf::write as write_gltf;
 pub use image::{ColorUse, decode_image, read_image};
 pub use io::stand_in::check as check_stand_in;

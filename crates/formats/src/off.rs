@@ -10,15 +10,13 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 use raycam_scene::{Mesh, MeshFile};
 
-use crate::error::{FormatError, Location};
+use crate::error::{FormatError, Location, Result};
 use crate::geometry::colors;
 use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::Corner;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
+use crate::io::{AssetRoot, Diagnostics, InputFile};
 
 /// Attributes of vertices by the first word, in this order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +27,7 @@ struct OffHeader {
 }
 
 /// The model in an OFF file: one part.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let path = &source.path;
     let text = lexer::plain_text(&source.bytes);
     let mut rows = LineReader { path, lines: Lines::new(&text), line: 0, odd: Diagnostics::default() };
@@ -86,7 +84,7 @@ struct OffVertices {
     colors: OffColors,
 }
 
-fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) -> Result<OffVertices, FormatError> {
+fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) -> Result<OffVertices> {
     let mut all = OffVertices::default();
     for number in 0..vertices {
         let mut words = rows.next("vertices", number, vertices)?;
@@ -124,7 +122,7 @@ struct OffFaces {
     colors: OffColors,
 }
 
-fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Result<OffFaces, FormatError> {
+fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Result<OffFaces> {
     let mut all = OffFaces::default();
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
@@ -185,13 +183,13 @@ impl<'a> LineReader<'a> {
         words.next()
     }
 
-    fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>, FormatError> {
+    fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>> {
         let end = format!("the file ends after {number} of {declared} {what}");
         self.words().ok_or_else(|| self.error(end))
     }
 
     /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
-    fn header(&mut self) -> Result<(OffHeader, [usize; 2]), FormatError> {
+    fn header(&mut self) -> Result<(OffHeader, [usize; 2])> {
         let mut words = self.words().ok_or_else(|| self.error("empty, expected an OFF file"))?;
         let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
@@ -230,11 +228,11 @@ impl<'a> LineReader<'a> {
         }
     }
 
-    fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
+    fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64> {
         lexer::number(word).ok_or_else(|| self.error(format!("{what} {number}: {}", lexer::not_a_number(word))))
     }
 
-    fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {
+    fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3]> {
         let mut values = [0.0; 3];
         for value in &mut values {
             let word = words.next().ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
@@ -260,7 +258,7 @@ struct OffColors {
 }
 
 impl OffColors {
-    fn add(&mut self, rows: &LineReader<'_>, number: usize, words: &[&[u8]]) -> Result<(), FormatError> {
+    fn add(&mut self, rows: &LineReader<'_>, number: usize, words: &[&[u8]]) -> Result<()> {
         match words.len() {
             3 | 4 => {}
             count @ (0 | 1) => {
@@ -270,8 +268,7 @@ impl OffColors {
                 return Ok(());
             }
             count => {
-                let message = format!("{count} numbers after {number}, expected a colour of 3 or 4");
-                return Err(rows.error(message));
+                return Err(rows.error(format!("{count} numbers after {number}, expected a colour of 3 or 4")));
             }
         }
         let mut rgba = [0.0, 0.0, 0.0, f64::NAN];

@@ -8,12 +8,10 @@ use glam::DAffine3;
 use raycam_scene::{MeshFile, Object, World};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::finite::{self, NonFinite};
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
 use crate::io::memory_files::MemoryFiles;
-use crate::io::{file_kind, lexer, stand_in};
+use crate::io::{AssetRoot, InputFile, file_kind, lexer, stand_in};
 use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A file format.
@@ -26,10 +24,10 @@ struct FileFormat {
 }
 
 enum Reader {
-    World(fn(&InputFile, &mut AssetRoot) -> Result<World, FormatError>),
+    World(fn(&InputFile, &mut AssetRoot) -> Result<World>),
     /// A world of its own that can be an object of another, too.
-    Scene(fn(&InputFile, &mut AssetRoot) -> Result<World, FormatError>),
-    Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile, FormatError>),
+    Scene(fn(&InputFile, &mut AssetRoot) -> Result<World>),
+    Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile>),
 }
 
 /// All formats.
@@ -54,7 +52,7 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 ///
 /// # Errors
 /// See [`FormatError`]; an unknown extension lists the known ones.
-pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
+pub fn load(path: &Path, budget: &Budget) -> Result<World> {
     load_within(path, None, budget)
 }
 
@@ -62,7 +60,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
 ///
 /// # Errors
 /// See [`load`].
-pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Result<World, FormatError> {
+pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::of_file(path, folder, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
@@ -72,14 +70,14 @@ pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Resul
 ///
 /// # Errors
 /// See [`load`].
-pub fn load_from_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Result<World, FormatError> {
+pub fn load_from_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::of_memory(path, files, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
 }
 
 /// The world in a file that has been read.
-fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World> {
     let (source, read) = checked(source)?;
     let mut world = match read {
         Reader::World(read) | Reader::Scene(read) => read(&source, assets)?,
@@ -96,13 +94,13 @@ fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World, Format
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
+pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
     let mut assets = AssetRoot::containing(path, budget);
     read_mesh_file(open_input(path, &mut assets)?, &mut assets)
 }
 
 /// The bytes of a file of a known kind, as far as its reader wants them in memory.
-fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile, FormatError> {
+fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
     assets.read_head(path, format_of(path)?.head)
 }
 
@@ -115,7 +113,7 @@ fn read_whole(_: &File, _: u64) -> Option<u64> {
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
+pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World> {
     stand_in::check(path, &bytes)?;
     read_world(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
@@ -125,20 +123,19 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, For
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
+pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<MeshFile> {
     stand_in::check(path, &bytes)?;
     read_mesh_file(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
 /// The model in a mesh file that has been read: everything in it fits together.
-pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (source, read) = checked(source)?;
     let mut model = match read {
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
-            let message = "a world file, expected a mesh file";
-            return Err(FormatError::unsupported(&source.path, message));
+            return Err(FormatError::unsupported(&source.path, "a world file, expected a mesh file"));
         }
     };
     check_parts(&mut model, &source.path)?;
@@ -146,7 +143,7 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
 }
 
 /// A file whose bytes may be of the kind that its name says, in UTF-8 where it is marked UTF-16, and the reader of its kind.
-fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader), FormatError> {
+fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
     let format = format_of(&source.path)?;
     source.bytes = lexer::without_utf16(source.bytes);
     // A byte order mark is no part of a PLY file; the other readers know it.
@@ -158,7 +155,7 @@ fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader), Format
 }
 
 /// Checks the parts of a model, after faces with vertices that are not finite are left out with a notice.
-fn check_parts(model: &mut MeshFile, path: &Path) -> Result<(), FormatError> {
+fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
     let mut found = NonFinite::default();
     for part in &mut model.parts {
         // A look at all vertices takes time, and the check has to look at them anyway.
@@ -179,14 +176,13 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<(), FormatError> {
         }
     }
     for part in model.parts.iter().filter(|_| found.vertices > 0) {
-        let valid = part.mesh.validate();
-        valid.map_err(|error| FormatError::Scene { path: Some(path.into()), source: error })?;
+        part.mesh.validate().map_err(|error| FormatError::Scene { path: Some(path.into()), source: error })?;
     }
     Ok(())
 }
 
 /// The model of a world whose objects are all one; each copy of a mesh counts.
-fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
         format!("{}: as an object it has no lights and cameras: {lights} and {cameras} are left out", path.display())
@@ -201,7 +197,7 @@ fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<Me
     Ok(model)
 }
 
-fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
+fn format_of(path: &Path) -> Result<&'static FileFormat> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
         return Ok(format);
@@ -224,7 +220,7 @@ fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.
-fn world_of_parts(model: MeshFile, path: &Path) -> Result<World, FormatError> {
+fn world_of_parts(model: MeshFile, path: &Path) -> Result<World> {
     let scene = |source| FormatError::Scene { path: Some(path.into()), source };
     let mut world = World { notices: model.notices, ..World::default() };
     for texture in model.textures {

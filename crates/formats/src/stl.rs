@@ -14,12 +14,10 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::weld::{self, VertexWelder};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
+use crate::io::{AssetRoot, ByteSource, InputFile};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER_BYTES: usize = 84;
@@ -29,7 +27,7 @@ const FACET_BYTES: usize = 50;
 const BLOCK_FACETS: usize = 1 << 14;
 
 /// The model in an STL file: one part for each solid that has facets.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let InputFile { path, bytes, .. } = source;
     let mut notices = Vec::new();
     let solids = if is_binary(source) {
@@ -102,7 +100,7 @@ fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") || line.starts_with(b";") || line.starts_with(b"//")
 }
 
-fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, FormatError> {
+fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid> {
     let InputFile { path, bytes, .. } = source;
     let Some(count) = declared(bytes) else {
         let message = "neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
@@ -171,7 +169,7 @@ fn facet_colors(
     count: usize,
     any: bool,
     notices: &mut Vec<String>,
-) -> Result<Option<Vec<Rgb>>, FormatError> {
+) -> Result<Option<Vec<Rgb>>> {
     const COLOR: &[u8] = b"COLOR=";
     let at = header.windows(COLOR.len()).position(|window| window == COLOR).map(|at| at + COLOR.len());
     let whole = at.and_then(|at| header.get(at..at + 4)?.first_chunk::<4>());
@@ -221,7 +219,7 @@ enum ParserState {
 }
 
 /// The solids of a text file.
-fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
+fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>> {
     let mut solids: Vec<(String, VertexWelder<DVec3>, Vec<[u32; 3]>)> = Vec::new();
     let mut expect = ParserState::Solid;
     let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
@@ -286,7 +284,7 @@ fn name(expect: ParserState) -> &'static str {
     }
 }
 
-fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
+fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3> {
     let mut words = Words(rest);
     let mut values = [0.0; 3];
     for value in &mut values {

@@ -9,16 +9,15 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// The world that `text` describes. `path` names it in errors; the files it names are read from `folder` and nowhere
 /// else.
 ///
 /// # Errors
 /// See [`FormatError`]; one in the text itself has the line and the key.
-pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<World, FormatError> {
+pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<World> {
     let mut assets = AssetRoot::new(folder, budget);
     let mut world = build(text, path, &mut assets)?;
     assets.finish_world(&mut world)?;
@@ -26,7 +25,7 @@ pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<
 }
 
 /// The world in a file.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let InputFile { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = line_of(bytes, error.valid_up_to());
@@ -35,7 +34,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, 
     build(text, path, assets)
 }
 
-fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World, FormatError> {
+fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World> {
     let mut node = parse_tree(text, path)?;
     truncate_after_empty(&mut node);
     let file: WorldFile = schema::from_value(&node).map_err(|e| with_line(e.into(), &node, text, path))?;
@@ -45,9 +44,7 @@ fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World, Forma
 /// Drops the objects after the first empty one. That one is an error, and a file of little else would take memory for
 /// all fields of an object, hundreds of times its own size.
 fn truncate_after_empty(node: &mut SpannedValue) {
-    let Value::Table(entries) = &mut node.value else {
-        return;
-    };
+    let Value::Table(entries) = &mut node.value else { return };
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
     if let Some(Entry { value: node, .. }) = objects
         && let Value::List(items) = &mut node.value
@@ -60,7 +57,7 @@ fn truncate_after_empty(node: &mut SpannedValue) {
 }
 
 /// The tree of a TOML text.
-fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue, FormatError> {
+fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
     match parse_in_pieces(text, path) {
         Some(node) => Ok(node),
         // All at once: the text may be short, or an error is to be told as it is.
@@ -82,18 +79,14 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
     let mut start = headers.find(|&at| begins_line(text, at))?;
     let mut root = parse_piece(text, 0..start, path).ok()?;
-    let Value::Table(entries) = &mut root.value else {
-        return None;
-    };
+    let Value::Table(entries) = &mut root.value else { return None };
     if entries.iter().any(|entry| entry.key == "object") {
         return None;
     }
     while start < text.len() {
         let end = headers.find(|&at| at >= start + PIECE_BYTES && begins_line(text, at));
         let end = end.unwrap_or(text.len());
-        let Value::Table(more) = parse_piece(text, start..end, path).ok()?.value else {
-            return None;
-        };
+        let Value::Table(more) = parse_piece(text, start..end, path).ok()?.value else { return None };
         for entry in more {
             match entries.iter_mut().find(|known| known.key == entry.key) {
                 None => entries.push(entry),
@@ -117,7 +110,7 @@ fn begins_line(text: &str, at: usize) -> bool {
 }
 
 /// The tree of a part of a TOML text, which is one by itself.
-fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedValue, FormatError> {
+fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedValue> {
     let start = range.start;
     let table = DeTable::parse(&text[range.clone()]).map_err(|error| {
         let at = error.span().map_or(range.end, |span| start + span.start);
@@ -141,7 +134,7 @@ impl TextPiece<'_> {
         self.start + span.start..self.start + span.end
     }
 
-    fn table(&self, table: DeTable<'_>, span: Range<usize>) -> Result<SpannedValue, FormatError> {
+    fn table(&self, table: DeTable<'_>, span: Range<usize>) -> Result<SpannedValue> {
         let mut entries = Vec::with_capacity(table.len());
         for (key, value) in table {
             entries.push(Entry {
@@ -156,7 +149,7 @@ impl TextPiece<'_> {
     }
 
     /// Consumes the value, so that no value is in memory twice.
-    fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<SpannedValue, FormatError> {
+    fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<SpannedValue> {
         let span = spanned.span();
         let place = self.shift_span(span.clone());
         let fail = |message: String| {

@@ -34,6 +34,9 @@ pub enum SceneError {
     },
 }
 
+/// The result of making or changing a part of a world.
+pub type Result<T, E = SceneError> = std::result::Result<T, E>;
+
 fn path_prefix(path: &str) -> String {
     if path.is_empty() { String::new() } else { format!("{path}: ") }
 }

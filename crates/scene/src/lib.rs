@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! error up            errors; the axis that points up
+//! written             values that may be written in more than one way
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
 //! material light      reflection models; emitters
@@ -38,6 +39,7 @@ pub mod triangles;
 pub mod up;
 pub mod video;
 pub mod world;
+mod written;
 
 pub use crate::color::view_transform::ViewTransform;
 pub use crate::material::glass::Glass;
@@ -45,7 +47,7 @@ pub use crate::material::metal::Metal;
 pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
-pub use error::{SceneError, suggestion};
+pub use error::{Result, SceneError, suggestion};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;

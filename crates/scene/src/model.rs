@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -86,15 +86,15 @@ pub struct NoAssets;
 impl AssetLoader for NoAssets {
     type Error = SceneError;
 
-    fn mesh(&mut self, file: &str) -> Result<MeshFile, SceneError> {
+    fn mesh(&mut self, file: &str) -> Result<MeshFile> {
         Err(SceneError::World(format!("mesh {file:?}: files cannot be read here")))
     }
 
-    fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
+    fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture> {
         Err(SceneError::World(format!("texture {file:?}: files cannot be read here")))
     }
 
-    fn profile(&mut self, file: &str) -> Result<IesProfile, SceneError> {
+    fn profile(&mut self, file: &str) -> Result<IesProfile> {
         Err(SceneError::World(format!("profile {file:?}: files cannot be read here")))
     }
 
@@ -123,7 +123,7 @@ impl MeshFile {
     /// # Errors
     /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more vertices
     /// or materials than indices can count.
-    pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
+    pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>)> {
         let parts = || self.parts.iter().filter(|part| !part.mesh.triangles.is_empty());
         let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();
         let slots: usize = parts().map(|part| part.materials.len()).sum();

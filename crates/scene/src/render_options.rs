@@ -1,13 +1,12 @@
 //! Options of a render, as a world carries them.
 
-use std::fmt;
-
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error, Visitor};
+use serde::de::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
+use crate::written::written;
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,33 +55,23 @@ pub enum AmbientOcclusion {
     Distance(f64),
 }
 
-impl<'de> Deserialize<'de> for AmbientOcclusion {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct AmbientOcclusionVisitor;
-        impl Visitor<'_> for AmbientOcclusionVisitor {
-            type Value = AmbientOcclusion;
+written! {
+    AmbientOcclusion: "true, false or a distance in metres",
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("true, false or a distance in metres")
-            }
+    fn visit_bool<E: Error>(self, v: bool) -> Result<AmbientOcclusion, E> {
+        Ok(AmbientOcclusion::Switch(v))
+    }
 
-            fn visit_bool<E: Error>(self, v: bool) -> Result<AmbientOcclusion, E> {
-                Ok(AmbientOcclusion::Switch(v))
-            }
+    fn visit_i64<E: Error>(self, v: i64) -> Result<AmbientOcclusion, E> {
+        self.visit_f64(v as f64)
+    }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<AmbientOcclusion, E> {
-                self.visit_f64(v as f64)
-            }
-
-            fn visit_f64<E: Error>(self, v: f64) -> Result<AmbientOcclusion, E> {
-                if v > 0.0 {
-                    Ok(AmbientOcclusion::Distance(v))
-                } else {
-                    Err(E::custom(format_args!("{v}: expected a distance greater than 0")))
-                }
-            }
+    fn visit_f64<E: Error>(self, v: f64) -> Result<AmbientOcclusion, E> {
+        if v > 0.0 {
+            Ok(AmbientOcclusion::Distance(v))
+        } else {
+            Err(E::custom(format_args!("{v}: expected a distance greater than 0")))
         }
-        deserializer.deserialize_any(AmbientOcclusionVisitor)
     }
 }
 
@@ -127,7 +116,7 @@ impl RenderOptions {
     ///
     /// # Errors
     /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         if self.samples == Some(0) {
             return Err(SceneError::schema("samples", "0: expected a whole number >= 1"));
         }

@@ -13,7 +13,7 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        error up math color mesh texture material light camera animation render_options video model world schema
+        error written up math color mesh texture material light camera animation render_options video model world schema
         triangles lib
     """,
     "formats": """

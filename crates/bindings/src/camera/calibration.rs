@@ -10,7 +10,7 @@ use raycam_scene::LensModel;
 use crate::arrays::rows_of;
 use crate::camera::Camera;
 use crate::camera::rig::Rig;
-use crate::error::{IntoPyErr, camera_error, catch_panic};
+use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
 
 /// A rotation and a centre.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
@@ -112,8 +112,7 @@ pub(crate) fn read_cameras(
         lens: lens.map(LensModel::from_name).transpose().map_err(|error| camera_error(error.to_string()))?,
         poses: convention.map(|(world_from_camera, opengl)| PoseConvention { world_from_camera, opengl }),
     };
-    let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
-    let found = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
+    let found = detached(py, || calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
     let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });
     Ok((records.collect(), found.notices))
 }
@@ -127,8 +126,7 @@ pub(crate) fn write_cameras(
     format: &str,
 ) -> PyResult<(Vec<(String, Vec<u8>)>, Vec<String>)> {
     let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
-    let written = catch_panic(|| calibration::write(&records, &path, format))?;
-    let written = written.map_err(IntoPyErr::into_py_err)?;
+    let written = catch_panic(|| calibration::write(&records, &path, format))?.or_raise()?;
     Ok((written.files, written.notices))
 }
 

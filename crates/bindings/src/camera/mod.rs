@@ -4,14 +4,13 @@ pub(crate) mod calibration;
 pub(crate) mod rig;
 
 use glam::{DMat4, DVec2};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use raycam_scene::camera::{Background, BackgroundFit};
 use raycam_scene::schema::{CameraSpec, from_value};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
-use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
-use crate::error::{IntoPyErr, camera_error};
+use crate::arrays::{ArrayResult, Floats, NewArray, array, matrix3, rows, rows_of, vector};
+use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
 
 /// "z" or "y".
@@ -20,14 +19,6 @@ pub(crate) fn up(name: &str) -> PyResult<Up> {
         "z" => Ok(Up::Z),
         "y" => Ok(Up::Y),
         _ => Err(camera_error(format!("up is {name:?}; expected \"z\" or \"y\""))),
-    }
-}
-
-/// "z" or "y".
-pub(crate) fn up_name(up: Up) -> &'static str {
-    match up {
-        Up::Z => "z",
-        Up::Y => "y",
     }
 }
 
@@ -45,7 +36,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
 
 /// Wraps the result of a constructor.
 fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
-    camera.map(|inner| Camera { inner }).map_err(IntoPyErr::into_py_err)
+    camera.map(|inner| Camera { inner }).or_raise()
 }
 
 type Matrix3 = [[f64; 3]; 3];
@@ -113,8 +104,8 @@ impl Camera {
 
     /// The same camera with a lens.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
-        let model = LensModel::from_name(model).map_err(IntoPyErr::into_py_err)?;
-        let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
+        let model = LensModel::from_name(model).or_raise()?;
+        let lens = Lens::new(model, &distortion).or_raise()?;
         wrap(self.inner.clone().with_lens(lens))
     }
 
@@ -129,7 +120,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        let (mut k, lens) = camera::lens_from_colmap(model, &params).map_err(IntoPyErr::into_py_err)?;
+        let (mut k, lens) = camera::lens_from_colmap(model, &params).or_raise()?;
         k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
         let (r, t) = (matrix3(r), vector(t));
         let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
@@ -140,7 +131,7 @@ impl Camera {
     fn colmap(&self) -> PyResult<(&'static str, Vec<f64>)> {
         let mut k = self.inner.k();
         k.z_axis += DVec2::splat(0.5 - self.inner.pixel_center().offset()).extend(0.0);
-        camera::colmap_from_lens(k, self.inner.lens()).map_err(IntoPyErr::into_py_err)
+        camera::colmap_from_lens(k, self.inner.lens()).or_raise()
     }
 
     /// The model and the coefficients of the lens; None for a pinhole.
@@ -193,12 +184,11 @@ impl Camera {
     }
 
     /// Pixels [n, 2] and in_front [n] of points [n, 3].
-    #[allow(clippy::type_complexity, reason = "two arrays")]
     fn project<'py>(
         &self,
         py: Python<'py>,
         points: Floats<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<bool>>)> {
+    ) -> PyResult<(NewArray<'py, f64>, NewArray<'py, bool>)> {
         let points = rows::<f64, 3>(&points, "points")?;
         let (pixels, in_front): (Vec<_>, Vec<_>) = py.detach(|| {
             let project = |p: &[f64; 3]| self.inner.project(vector(*p));
@@ -209,12 +199,7 @@ impl Camera {
     }
 
     /// Origins and unit directions [n, 3] of pixels [n, 2]; NaN where there are none.
-    #[allow(clippy::type_complexity, reason = "two arrays")]
-    fn rays<'py>(
-        &self,
-        py: Python<'py>,
-        pixels: Floats<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    fn rays<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f64>)> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let (origins, directions): (Vec<_>, Vec<_>) = py.detach(|| {
             pixels
@@ -230,7 +215,7 @@ impl Camera {
     /// The camera of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: CameraSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: CameraSpec = from_value(&to_value(description, "")?).or_raise()?;
         wrap(spec.build(self::up(up)?))
     }
 
@@ -280,7 +265,7 @@ impl Camera {
     }
 
     /// camera_from_world [n, 3, 3] of the middles of the exposures of pixels [n, 2].
-    fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> ArrayResult<'py, f64> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let rotations: Vec<_> =
             pixels.iter().flat_map(|p| rows_of(self.inner.rotation_at(DVec2::from_array(*p)))).collect();
@@ -297,8 +282,7 @@ pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
 /// K of a vertical field of view in degrees.
 #[pyfunction]
 pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
-    let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
-    k.map(rows_of).map_err(IntoPyErr::into_py_err)
+    camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?).map(rows_of).or_raise()
 }
 
 /// K of a focal length in pixels.

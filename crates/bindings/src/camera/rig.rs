@@ -7,7 +7,7 @@ use raycam_scene::schema::{RigSpec, from_value};
 
 use crate::arrays::{matrix3, rows_of, vector};
 use crate::camera::{Camera, up};
-use crate::error::{IntoPyErr, camera_error};
+use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
 
 /// Cameras on one body.
@@ -32,7 +32,7 @@ impl Rig {
     /// The rig of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: RigSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: RigSpec = from_value(&to_value(description, "")?).or_raise()?;
         wrap(spec.build(self::up(up)?))
     }
 
@@ -58,7 +58,7 @@ impl Rig {
 
     /// The cameras in the world.
     fn cameras(&self) -> PyResult<NamedCameras> {
-        let cameras = self.inner.cameras().map_err(IntoPyErr::into_py_err)?;
+        let cameras = self.inner.cameras().or_raise()?;
         Ok(named_cameras(cameras))
     }
 
@@ -78,7 +78,7 @@ fn pose(r: [[f64; 3]; 3], c: [f64; 3]) -> Pose {
 }
 
 pub(crate) fn wrap(rig: Result<camera::Rig, raycam_scene::SceneError>) -> PyResult<Rig> {
-    rig.map(|inner| Rig { inner }).map_err(IntoPyErr::into_py_err)
+    rig.map(|inner| Rig { inner }).or_raise()
 }
 
 fn named_cameras(cameras: Vec<NamedCamera>) -> NamedCameras {

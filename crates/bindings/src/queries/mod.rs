@@ -3,21 +3,34 @@
 pub(crate) mod points;
 pub(crate) mod rays;
 
+use numpy::Element;
 use pyo3::prelude::*;
 use raycam_render::{Control, PreparedWorld, RenderError};
 
+use crate::arrays::{ArrayResult, array};
 use crate::interruptible::run_for_work;
 use crate::world::state::World;
 
 /// Answers a query of a world, which is prepared first, until it is done or, unless it
 /// `is_brief`, interrupted.
 fn answer<T: Send>(
-    py: Python<'_>,
-    world: &World,
+    world: &Bound<'_, World>,
     threads: Option<usize>,
     is_brief: bool,
     work: impl FnOnce(&PreparedWorld, &Control) -> Result<T, RenderError> + Send,
 ) -> PyResult<T> {
-    let prepared = world.prepared(py, threads)?;
-    run_for_work(py, is_brief, None, |control| work(&prepared, control))
+    let prepared = world.get().prepared(world.py(), threads)?;
+    run_for_work(world.py(), is_brief, None, |control| work(&prepared, control))
+}
+
+/// [`answer`] as an array of one dimension.
+fn answer_array<'py, T: Element + Send>(
+    world: &Bound<'py, World>,
+    threads: Option<usize>,
+    is_brief: bool,
+    work: impl FnOnce(&PreparedWorld, &Control) -> Result<Vec<T>, RenderError> + Send,
+) -> ArrayResult<'py, T> {
+    let found = answer(world, threads, is_brief, work)?;
+    let count = found.len();
+    array(world.py(), found, &[count])
 }

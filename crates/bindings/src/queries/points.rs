@@ -1,6 +1,6 @@
 //! Queries of points and of pairs of points. Python has made the arrays C-contiguous and broadcast them.
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::annotations::queries::points::{self, PointArrays};
@@ -10,10 +10,10 @@ use raycam_render::annotations::queries::visible::{self, PointPairs};
 use raycam_render::annotations::queries::{inside, winding};
 use raycam_scene::mesh::surface::SurfaceTopology;
 
-use crate::arrays::{Floats, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
 use crate::error::settings_error;
-use crate::queries::answer;
 use crate::queries::rays::{mask, surface};
+use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
 /// The chosen objects, a flag for each of the world's.
@@ -42,16 +42,12 @@ impl PointArguments<'_> {
 
 /// The closest point of each point, by the names of `World.closest_points`.
 #[pyfunction]
-pub(crate) fn world_closest_points<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
-    query: PointArguments<'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> DictResult<'py> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
+    let found = answer(world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         points::closest_points(prepared, &arrays, threads, control)
     })?;
-    let n = found.distance.len();
+    let (py, n) = (world.py(), found.distance.len());
     let dict = PyDict::new(py);
     dict.set_item("distance", array(py, found.distance, &[n])?)?;
     dict.set_item("position", array(py, found.position.into_flattened(), &[n, 3])?)?;
@@ -64,26 +60,20 @@ pub(crate) fn world_closest_points<'py>(
 
 /// The distance of each point.
 #[pyfunction]
-pub(crate) fn world_distance<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
-    query: PointArguments<'py>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> ArrayResult<'py, f64> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
+    answer_array(world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         points::distance(prepared, &arrays, threads, control)
-    })?;
-    array(py, found, &[arrays.points.len()])
+    })
 }
 
 /// The distance of each point, negative inside.
 #[pyfunction]
 pub(crate) fn world_signed_distance<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     query: PointArguments<'py>,
     sign: &str,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+) -> ArrayResult<'py, f64> {
     let (arrays, threads) = (query.arrays()?, query.threads);
     let sign = match sign {
         "auto" => Sign::Auto,
@@ -91,68 +81,60 @@ pub(crate) fn world_signed_distance<'py>(
         "pseudonormal" => Sign::Pseudonormal,
         name => return Err(settings_error(format!("unknown sign {name:?}"))),
     };
-    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
+    answer_array(world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         signed_distance::signed_distance(prepared, &arrays, sign, threads, control)
-    })?;
-    array(py, found, &[arrays.points.len()])
+    })
 }
 
 /// For each point [n, 3], true if it is inside of any of the chosen objects.
 #[pyfunction]
 pub(crate) fn world_inside<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     points: Floats<'py>,
     objects: Option<Mask<'py>>,
     threads: Option<usize>,
-) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+) -> ArrayResult<'py, bool> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let found = answer(py, &world, threads, points::is_brief(rows.len()), |prepared, control| {
+    answer_array(world, threads, points::is_brief(rows.len()), |prepared, control| {
         inside::inside(prepared, rows, chosen, threads, control)
-    })?;
-    array(py, found, &[rows.len()])
+    })
 }
 
 /// The winding number of the chosen objects around each point [n, 3].
 #[pyfunction]
 pub(crate) fn world_winding_number<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     points: Floats<'py>,
     objects: Option<Mask<'py>>,
     threads: Option<usize>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+) -> ArrayResult<'py, f64> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let found = answer(py, &world, threads, points::is_brief(rows.len()), |prepared, control| {
+    answer_array(world, threads, points::is_brief(rows.len()), |prepared, control| {
         winding::winding_number(prepared, rows, chosen, threads, control)
-    })?;
-    array(py, found, &[rows.len()])
+    })
 }
 
 /// For each pair of points [n, 3], true if no triangle is between them.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn world_visible<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     a: Floats<'py>,
     b: Floats<'py>,
     margin: f64,
     objects: Option<Mask<'py>>,
     surface_name: &str,
     threads: Option<usize>,
-) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+) -> ArrayResult<'py, bool> {
     let selection =
         Selection { objects: mask(objects.as_ref())?, surface: surface(surface_name)?, ..Selection::default() };
     let pairs = PointPairs { from: rows(&a, "a")?, to: rows(&b, "b")?, margin, selection };
-    let found = answer(py, &world, threads, points::is_brief(pairs.from.len()), |prepared, control| {
+    answer_array(world, threads, points::is_brief(pairs.from.len()), |prepared, control| {
         visible::visible(prepared, &pairs, threads, control)
-    })?;
-    array(py, found, &[pairs.from.len()])
+    })
 }
 
 /// (closed, oriented, boundary edges [k, 2], volume, components).
-type TopologyParts<'py> = (bool, bool, Bound<'py, PyArrayDyn<i32>>, f64, usize);
+type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
 /// The topology of an object's mesh; the volume is that of the placed object.
 #[pyfunction]

@@ -1,6 +1,6 @@
 //! Queries of rays. Python has made the arrays C-contiguous and broadcast them.
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::TruthSurface;
@@ -9,11 +9,11 @@ use raycam_render::annotations::queries::fields::{Column, Columns, FIELDS, Field
 use raycam_render::annotations::queries::rays::{self, Kernel, RayArrays};
 use raycam_render::annotations::queries::selection::{Facing, Selection};
 
-use crate::arrays::{Floats, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, array, rows};
 use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
-use crate::queries::answer;
+use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
 /// An array of one dimension.
@@ -98,7 +98,7 @@ fn fields(names: &[String]) -> PyResult<Vec<Field>> {
 }
 
 /// Columns as arrays [n] or [n, width] by name.
-fn columns_to_dict(py: Python<'_>, columns: Columns) -> PyResult<Bound<'_, PyDict>> {
+fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     let dict = PyDict::new(py);
     for (field, column) in columns.0 {
         let name = FIELDS.iter().find(|(_, known)| *known == field).map_or("", |(name, _)| name);
@@ -119,14 +119,14 @@ fn columns_to_dict(py: Python<'_>, columns: Columns) -> PyResult<Bound<'_, PyDic
 /// Fields of the first hit of each ray, by name.
 #[pyfunction]
 pub(crate) fn world_cast_rays<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     query: RayArguments<'py>,
     names: Vec<String>,
     cancel: Option<PyRef<'py, Cancel>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
-    let prepared = world.prepared(py, threads)?;
+) -> DictResult<'py> {
+    let (py, threads) = (world.py(), query.threads);
+    let (arrays, fields) = (query.arrays()?, fields(&names)?);
+    let prepared = world.get().prepared(py, threads)?;
     let is_brief = rays::is_brief(arrays.origins.len());
     let cancel = cancel.as_deref().map(|cancel| &cancel.control);
     let found =
@@ -136,31 +136,26 @@ pub(crate) fn world_cast_rays<'py>(
 
 /// For each ray, true if anything lies in its range of t.
 #[pyfunction]
-pub(crate) fn world_occluded<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
-    query: RayArguments<'py>,
-) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+pub(crate) fn world_occluded<'py>(world: &Bound<'py, World>, query: RayArguments<'py>) -> ArrayResult<'py, bool> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let prepared = world.prepared(py, threads)?;
-    let is_brief = rays::is_brief(arrays.origins.len());
-    let occluded = run_for_work(py, is_brief, None, |control| rays::occluded(&prepared, &arrays, threads, control))?;
-    array(py, occluded, &[arrays.origins.len()])
+    answer_array(world, threads, rays::is_brief(arrays.origins.len()), |prepared, control| {
+        rays::occluded(prepared, &arrays, threads, control)
+    })
 }
 
 /// Crossings of each ray: `offsets`, `ray`, and fields by name.
 #[pyfunction]
 pub(crate) fn world_intersections<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     query: RayArguments<'py>,
     max_hits: Option<usize>,
     names: Vec<String>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> DictResult<'py> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
-    let found = answer(py, &world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
+    let found = answer(world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
         crossings::intersections(prepared, &arrays, max_hits, &fields, threads, control)
     })?;
+    let py = world.py();
     let dict = PyDict::new(py);
     let (offsets, owners) = (found.offsets.len(), found.rays.len());
     dict.set_item("offsets", array(py, found.offsets, &[offsets])?)?;
@@ -172,14 +167,12 @@ pub(crate) fn world_intersections<'py>(
 /// The number of crossings of each ray; `signed`: those that leave less those that enter.
 #[pyfunction]
 pub(crate) fn world_count_intersections<'py>(
-    py: Python<'py>,
-    world: PyRef<'py, World>,
+    world: &Bound<'py, World>,
     query: RayArguments<'py>,
     signed: bool,
-) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
+) -> ArrayResult<'py, i32> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let counts = answer(py, &world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
+    answer_array(world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
         crossings::count_intersections(prepared, &arrays, signed, threads, control)
-    })?;
-    array(py, counts, &[arrays.origins.len()])
+    })
 }

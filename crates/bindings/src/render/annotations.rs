@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::PreparedWorld;
@@ -11,7 +10,7 @@ use raycam_render::annotations::flow::flow as follow;
 use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints as find};
 use raycam_render::annotations::viewpoint::Viewpoint;
 
-use crate::arrays::{Floats, array, rows, rows_of, vector};
+use crate::arrays::{DictResult, Floats, NewArray, array, rows, rows_of, vector};
 use crate::camera::Camera;
 use crate::error::settings_error;
 use crate::interruptible::run_interruptible;
@@ -30,7 +29,7 @@ pub(crate) fn flow<'py>(
     first: (PyRef<'py, World>, PyRef<'py, Camera>),
     second: (PyRef<'py, World>, PyRef<'py, Camera>),
     threads: Option<usize>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> DictResult<'py> {
     let worlds = (first.0.prepared_world(py, threads)?, second.0.prepared_world(py, threads)?);
     let [width, height] = first.1.inner.size().map(|side| side as usize);
     let (from, to) = (viewpoint(&worlds.0, &first.1), viewpoint(&worlds.1, &second.1));
@@ -46,7 +45,7 @@ pub(crate) fn flow<'py>(
 }
 
 /// (object, (x, y, width, height), mask [height, width]) of each object that covers anything.
-type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), Bound<'py, PyArrayDyn<bool>>)>;
+type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), NewArray<'py, bool>)>;
 
 /// Amodal masks: the pixels that each object alone covers of a picture with its margin.
 #[pyfunction(name = "silhouettes")]
@@ -82,7 +81,7 @@ pub(crate) fn keypoints<'py>(
     triangles: Option<Vec<usize>>,
     tolerance: f64,
     threads: Option<usize>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> DictResult<'py> {
     let points = rows::<f64, 3>(&points, "points")?;
     let of = |numbers: &Option<Vec<usize>>, i: usize| numbers.as_ref()?.get(i).copied();
     let anchor = |(i, point): (usize, &[f64; 3])| match (of(&objects, i), of(&triangles, i)) {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
@@ -10,9 +10,9 @@ use raycam_formats::{Budget, ColorUse, FormatError, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
 
-use crate::arrays::array;
+use crate::arrays::{ArrayResult, BytesResult, NewArray, array};
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, catch_panic, check_memory, settings_error};
+use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
 
 /// Any array of plain numbers.
 #[derive(FromPyObject)]
@@ -26,10 +26,7 @@ pub(crate) enum ArrayView<'py> {
 
 /// Linear float32 of 8-bit sRGB, of the same shape.
 #[pyfunction]
-pub(crate) fn linear_from_srgb8<'py>(
-    py: Python<'py>,
-    bytes: PyReadonlyArrayDyn<'py, u8>,
-) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<'py, u8>) -> ArrayResult<'py, f32> {
     let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
     let linear = contiguous(&bytes)?.iter().map(|&v| table[usize::from(v)]).collect();
     array(py, linear, bytes.shape())
@@ -37,29 +34,27 @@ pub(crate) fn linear_from_srgb8<'py>(
 
 /// Linear float32 [height, width, 3] of an image file, and the notices of its reader.
 #[pyfunction]
-pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyArrayDyn<f32>>, Vec<String>)> {
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, Vec<String>)> {
     let read = || -> Result<_, FormatError> {
         let (image, notices) = read_image(&path, ColorUse::Color, &Budget::default())?;
         let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i).into_iter().take(3));
         let shape = [image.size[1] as usize, image.size[0] as usize, 3];
         Ok((pixels.collect::<Vec<_>>(), shape, notices))
     };
-    let (pixels, shape, notices) = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
+    let (pixels, shape, notices) = detached(py, read)?;
     Ok((array(py, pixels, &shape)?, notices))
 }
 
 /// Refuses bytes that stand for the file at a path: a Git LFS pointer, a page of HTML, none.
 #[pyfunction]
 pub(crate) fn check_stand_in(path: PathBuf, data: &[u8]) -> PyResult<()> {
-    raycam_formats::check_stand_in(&path, data).map_err(IntoPyErr::into_py_err)
+    raycam_formats::check_stand_in(&path, data).or_raise()
 }
 
 /// float32 [height, width, 4] of an image file's numbers, those of integers in 0..1, without any decoding.
 #[pyfunction]
-pub(crate) fn read_image_numbers(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyArrayDyn<f32>>> {
-    let (image, _) = py
-        .detach(|| catch_panic(|| read_image(&path, ColorUse::Data, &Budget::default())))?
-        .map_err(IntoPyErr::into_py_err)?;
+pub(crate) fn read_image_numbers(py: Python<'_>, path: PathBuf) -> ArrayResult<'_, f32> {
+    let (image, _) = detached(py, || read_image(&path, ColorUse::Data, &Budget::default()))?;
     let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
     array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])
 }
@@ -71,13 +66,8 @@ pub(crate) fn shown_from_linear<'py>(
     linear: PyReadonlyArrayDyn<'py, f32>,
     scale: f32,
     view: &str,
-) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-    let Some(view) = ViewTransform::from_name(view) else {
-        return Err(settings_error(format!("no view {view:?}")));
-    };
-    let (pixels, []) = contiguous(&linear)?.as_chunks::<3>() else {
-        return Err(settings_error("expected an array [..., 3] of colours".into()));
-    };
+) -> ArrayResult<'py, f32> {
+    let (view, pixels) = (view_named(view)?, colors(&linear)?);
     let shown = py.detach(|| pixels.iter().flat_map(|rgb| view.apply(rgb.map(|v| v * scale))).collect());
     array(py, shown, linear.shape())
 }
@@ -92,36 +82,27 @@ pub(crate) fn srgb_from_linear<'py>(
     bits: u8,
     view: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let Some(view) = ViewTransform::from_name(view) else {
-        return Err(settings_error(format!("no view {view:?}")));
-    };
-    let values = contiguous(&linear)?;
-    let (pixels, []) = values.as_chunks::<3>() else {
-        return Err(settings_error("expected an array [..., 3] of colours".into()));
-    };
+    let (view, pixels) = (view_named(view)?, colors(&linear)?);
     if bits == 16 {
-        let data = py.detach(|| catch_panic(|| display::srgb16(pixels, scale, view)))?;
-        let data = data.map_err(IntoPyErr::into_py_err)?;
+        let data = detached(py, || display::srgb16(pixels, scale, view))?;
         return Ok(array(py, data, linear.shape())?.into_any());
     }
-    let data = py.detach(|| catch_panic(|| display::srgb8(pixels, scale, view)))?;
-    let data = data.map_err(IntoPyErr::into_py_err)?;
+    let data = detached(py, || display::srgb8(pixels, scale, view))?;
     Ok(array(py, data, linear.shape())?.into_any())
 }
 
 /// A Radiance HDR file of linear float32 [height, width, 3].
 #[pyfunction]
-pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> BytesResult<'py> {
     let (size, _) = size_of(rgb.shape())?;
     check_memory("an HDR file", 2 * rgb.shape().iter().product::<usize>())?;
     let rgb = contiguous(&rgb)?;
-    let bytes = py.detach(|| catch_panic(|| hdr::encode(size, rgb)))?;
-    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+    Ok(PyBytes::new(py, &detached(py, || hdr::encode(size, rgb))?))
 }
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
 #[pyfunction]
-pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesResult<'py> {
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
@@ -129,21 +110,15 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResu
     };
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
-    let bytes = py.detach(|| catch_panic(|| png::encode(size, channels, samples)))?;
-    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+    Ok(PyBytes::new(py, &detached(py, || png::encode(size, channels, samples))?))
 }
 
 /// A JPEG file of an array [height, width, 3] of uint8 in sRGB.
 #[pyfunction]
-pub(crate) fn encode_jpeg<'py>(
-    py: Python<'py>,
-    rgb: PyReadonlyArrayDyn<'py, u8>,
-    quality: u8,
-) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_jpeg<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, u8>, quality: u8) -> BytesResult<'py> {
     let ([columns, rows], pixels) = (size_of(rgb.shape())?.0, contiguous(&rgb)?);
     check_memory("a JPEG file", 2 * pixels.len())?;
-    let bytes = py.detach(|| catch_panic(|| jpeg::encode([columns, rows], pixels, quality)))?;
-    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+    Ok(PyBytes::new(py, &detached(py, || jpeg::encode([columns, rows], pixels, quality))?))
 }
 
 /// An EXR file of (name, array [height, width] or [height, width, components]) in float32, float64 (stored as float32)
@@ -155,7 +130,7 @@ pub(crate) fn encode_exr<'py>(
     half: bool,
     camera: Option<&Camera>,
     notes: Vec<(String, String)>,
-) -> PyResult<Bound<'py, PyBytes>> {
+) -> BytesResult<'py> {
     let mut size = [0; 2];
     let values = |layer: &ArrayView<'_>| match layer {
         ArrayView::U8(a) => a.len(),
@@ -182,9 +157,7 @@ pub(crate) fn encode_exr<'py>(
             ArrayView::F32(a) => (a.shape(), floats(contiguous(a)?)),
             ArrayView::F64(a) => (a.shape(), floats(&narrowed[..])),
             ArrayView::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
-            _ => {
-                return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32")));
-            }
+            _ => return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32"))),
         };
         let components;
         (size, components) = size_of(shape)?;
@@ -192,8 +165,7 @@ pub(crate) fn encode_exr<'py>(
     }
     let notes: Vec<_> = notes.iter().map(|(key, value)| (&key[..], &value[..])).collect();
     let camera = camera.map(|camera| &camera.inner);
-    let bytes = py.detach(|| catch_panic(|| exr::encode(size, &list, camera, &notes)))?;
-    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+    Ok(PyBytes::new(py, &detached(py, || exr::encode(size, &list, camera, &notes))?))
 }
 
 /// COCO's packed run lengths of a mask [height, width].
@@ -215,6 +187,18 @@ pub(crate) fn mask_polygons(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>
 /// The values of an array in C order.
 fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| settings_error("expected a C-contiguous array".into()))
+}
+
+/// The colours of an array [..., 3].
+fn colors<'a>(array: &'a PyReadonlyArrayDyn<'_, f32>) -> PyResult<&'a [[f32; 3]]> {
+    match contiguous(array)?.as_chunks::<3>() {
+        (colors, []) => Ok(colors),
+        _ => Err(settings_error("expected an array [..., 3] of colours".into())),
+    }
+}
+
+fn view_named(name: &str) -> PyResult<ViewTransform> {
+    ViewTransform::from_name(name).ok_or_else(|| settings_error(format!("no view {name:?}")))
 }
 
 /// Columns, rows and components of [height, width] or [height, width, components].

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use raycam_render::{Channel, Frame, ImagePlane, PixelType};
 
 use crate::arrays::array;
-use crate::error::{IntoPyErr, catch_panic, settings_error};
+use crate::error::{detached, settings_error};
 
 /// (name, dtype, components) of every channel.
 #[pyfunction]
@@ -64,8 +64,7 @@ pub(crate) fn merge<'py>(
             Ok(Frame { size, region, planes, notices: Vec::new() })
         })
         .collect::<PyResult<_>>()?;
-    let merged = py.detach(|| catch_panic(|| Frame::merge(frames)))?;
-    to_python(py, merged.map_err(IntoPyErr::into_py_err)?)
+    to_python(py, detached(py, || Frame::merge(frames))?)
 }
 
 fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<ImagePlane> {

@@ -11,7 +11,7 @@ use raycam_render::{BrightPath, Control, brightest_samples, checked_region, is_b
 
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
-use crate::error::IntoPyErr;
+use crate::error::OrRaise;
 use crate::interruptible::{run_cancellable, run_for_work};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
@@ -55,8 +55,7 @@ pub(crate) fn render<'py>(
     let settings = arguments.settings()?;
     let cancel = arguments.cancel.as_ref().map(|cancel| &cancel.get().control);
     let (world, prepared) = world.prepared_world(py, settings.threads)?;
-    let region = checked_region(&camera.inner, &settings);
-    let ([_, _, width, height], pixels) = region.map_err(IntoPyErr::into_py_err)?;
+    let ([_, _, width, height], pixels) = checked_region(&camera.inner, &settings).or_raise()?;
     let planes = OutputPlanes::new(py, &settings.channels, pixels);
     let (region, notices) = planes.write(py, |targets| {
         let camera = &camera.inner;

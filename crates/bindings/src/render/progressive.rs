@@ -9,7 +9,7 @@ use raycam_render::{Control, Progressive as Inner, RenderError};
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
 use crate::cancel::Cancel;
-use crate::error::{IntoPyErr, settings_error};
+use crate::error::{OrRaise, settings_error};
 use crate::interruptible::run_cancellable;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
@@ -42,7 +42,7 @@ impl Progressive {
     fn new(py: Python<'_>, world: &World, camera: &Camera, request: RenderArguments) -> PyResult<Self> {
         let settings = request.settings()?;
         let (world, prepared) = world.prepared_world(py, settings.threads)?;
-        let inner = Inner::new(world, prepared, &camera.inner, settings).map_err(IntoPyErr::into_py_err)?;
+        let inner = Inner::new(world, prepared, &camera.inner, settings).or_raise()?;
         Ok(Self { inner: Arc::new(Mutex::new(inner)) })
     }
 

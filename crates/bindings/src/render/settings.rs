@@ -6,6 +6,7 @@ use raycam_render::{Catchers, Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::ViewTransform;
 use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
+use crate::arrays::DictResult;
 use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::render::frame::channel;
@@ -91,7 +92,7 @@ impl RenderArguments {
 }
 
 /// `[render]` of a world file as a dict of the keys that are given.
-pub(crate) fn render_section_dict<'py>(py: Python<'py>, options: &RenderOptions) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn render_section_dict<'py>(py: Python<'py>, options: &RenderOptions) -> DictResult<'py> {
     fn set_item<'py>(dict: &Bound<'py, PyDict>, key: &str, value: Option<impl IntoPyObject<'py>>) -> PyResult<()> {
         value.map_or(Ok(()), |value| dict.set_item(key, value))
     }

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use raycam_formats::{AssetRoot, FormatError};
 use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
 
+use crate::arrays::NewArray;
 use crate::error::{check_memory, world_error};
 
 /// Before the number of an array in its name: no file is called like that.
@@ -99,11 +100,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
 }
 
 /// Grey, grey and alpha, RGB or RGBA as RGBA.
-fn texels_of<T: numpy::Element + Copy>(
-    array: &Bound<'_, PyArrayDyn<T>>,
-    channels: usize,
-    opaque: T,
-) -> PyResult<Vec<[T; 4]>> {
+fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize, opaque: T) -> PyResult<Vec<[T; 4]>> {
     let view = array.readonly();
     let copied: Vec<T>;
     // `as_slice` takes Fortran's order as well.

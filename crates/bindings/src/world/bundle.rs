@@ -7,8 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::{Budget, bundle};
 
+use crate::arrays::BytesResult;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, catch_panic};
+use crate::error::detached;
 use crate::world::state::{World, budget};
 
 /// The world with more cameras at the end, a copy that shares what is built.
@@ -26,10 +27,9 @@ pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, 
 
 /// The world as bytes.
 #[pyfunction]
-pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> BytesResult<'py> {
     let inner = world.snapshot();
-    let bytes = py.detach(|| catch_panic(|| bundle::write(&inner)))?.map_err(IntoPyErr::into_py_err)?;
-    Ok(PyBytes::new(py, &bytes))
+    Ok(PyBytes::new(py, &detached(py, || bundle::write(&inner))?))
 }
 
 /// The world in such bytes; relative names of files that are added refer to `folder`.
@@ -42,16 +42,14 @@ pub(crate) fn world_from_bytes(
 ) -> PyResult<World> {
     let budget = budget(texture_memory);
     let read = || bundle::read(bytes, Path::new("the world of the job"), budget);
-    let world = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
-    Ok(World::from_inner(world, folder))
+    Ok(World::from_inner(detached(py, read)?, folder))
 }
 
 /// The world as a GLB file, and what that does not say of it.
 #[pyfunction]
 pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
     let inner = world.snapshot();
-    let (bytes, notices) =
-        py.detach(|| catch_panic(|| raycam_formats::write_gltf(&inner)))?.map_err(IntoPyErr::into_py_err)?;
+    let (bytes, notices) = detached(py, || raycam_formats::write_gltf(&inner))?;
     Ok((PyBytes::new(py, &bytes), notices))
 }
 
@@ -65,8 +63,7 @@ pub(crate) fn world_from_gltf(
     notices: Vec<String>,
 ) -> PyResult<World> {
     let up = crate::camera::up(up)?;
-    let read = || raycam_formats::decode(bytes, &name, &Budget::default());
-    let mut world = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
+    let mut world = detached(py, || raycam_formats::decode(bytes, &name, &Budget::default()))?;
     world.up = up;
     world.notices.extend(notices);
     Ok(World::from_inner(world, PathBuf::new()))

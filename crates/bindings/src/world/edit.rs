@@ -11,10 +11,9 @@ use raycam_scene::{Light, World as Inner};
 
 use crate::arrays::Floats;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, world_error};
-use crate::py_value::to_value;
-use crate::world::array_images::{ArrayImages, FilesAndArrays};
-use crate::world::from_description::name_array;
+use crate::error::{IntoPyErr, OrRaise, world_error};
+use crate::world::array_images::FilesAndArrays;
+use crate::world::from_description::{described, name_array};
 use crate::world::state::World;
 
 /// An object by its number or its name.
@@ -28,7 +27,7 @@ impl Which {
     /// The number of the object in a world.
     pub(crate) fn number_in(&self, world: &Inner) -> PyResult<usize> {
         let id = match self {
-            Self::Name(name) => return world.find_object(name).map_err(IntoPyErr::into_py_err),
+            Self::Name(name) => return world.find_object(name).or_raise(),
             Self::Number(number) => usize::try_from(*number).unwrap_or(usize::MAX),
         };
         match (self, world.check_object(id)) {
@@ -65,18 +64,11 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
         && matches!(matrix.shape(), [3 | 4, 4])
     {
         let place = affine(&matrix.as_array().iter().copied().collect::<Vec<_>>())?;
-        return world.modify(|inner| {
-            let id = which.number_in(inner)?;
-            inner.place_object(id, place).map_err(IntoPyErr::into_py_err)
-        });
+        return world.modify(|inner| inner.place_object(which.number_in(inner)?, place).or_raise());
     }
-    let mut arrays = ArrayImages::default();
-    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
-    let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
-    let placed = world.modify(|inner| {
-        let placed = spec.change_placement(inner, which.number_in(inner)?);
-        placed.transpose().map_err(IntoPyErr::into_py_err)
-    })?;
+    let (arrays, value) = described(description)?;
+    let spec: ObjectSpec = from_value(&value).or_raise()?;
+    let placed = world.modify(|inner| spec.change_placement(inner, which.number_in(inner)?).transpose().or_raise())?;
     if placed.is_some() {
         return Ok(());
     }
@@ -93,10 +85,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
 /// Removes an object.
 #[pyfunction]
 pub(crate) fn world_remove_object(world: &World, which: Which) -> PyResult<()> {
-    world.modify_or_restore(|inner| {
-        let id = which.number_in(inner)?;
-        inner.remove_object(id).map_err(IntoPyErr::into_py_err)
-    })
+    world.modify_or_restore(|inner| inner.remove_object(which.number_in(inner)?).or_raise())
 }
 
 /// Replaces a light by a description, whose files lie anywhere. A light of the same kind keeps its image or profile if
@@ -109,9 +98,8 @@ pub(crate) fn world_set_light(
     keeps_file: bool,
     within: Option<PathBuf>,
 ) -> PyResult<()> {
-    let mut arrays = ArrayImages::default();
-    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
-    let mut light: Light = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    let (arrays, value) = described(description)?;
+    let mut light: Light = from_value(&value).or_raise()?;
     world.change_by_files(description.py(), within, |inner, files| {
         inner.check_light(number)?;
         match (&mut light, &inner.lights[number]) {
@@ -132,17 +120,17 @@ pub(crate) fn world_set_light(
 /// Removes a light.
 #[pyfunction]
 pub(crate) fn world_remove_light(world: &World, number: usize) -> PyResult<()> {
-    world.modify(|inner| inner.remove_light(number).map_err(IntoPyErr::into_py_err))
+    world.modify(|inner| inner.remove_light(number).or_raise())
 }
 
 /// Replaces a camera.
 #[pyfunction]
 pub(crate) fn world_set_camera(world: &World, name: &str, camera: &Camera) -> PyResult<()> {
-    world.modify_unseen(|inner| inner.set_camera(name, camera.inner.clone()).map_err(IntoPyErr::into_py_err))
+    world.modify_unseen(|inner| inner.set_camera(name, camera.inner.clone()).or_raise())
 }
 
 /// Removes a camera.
 #[pyfunction]
 pub(crate) fn world_remove_camera(world: &World, name: &str) -> PyResult<()> {
-    world.modify_unseen(|inner| inner.remove_camera(name).map_err(IntoPyErr::into_py_err))
+    world.modify_unseen(|inner| inner.remove_camera(name).or_raise())
 }

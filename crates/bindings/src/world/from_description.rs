@@ -4,13 +4,20 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_value};
+use raycam_scene::schema::{ObjectSpec, SpannedValue, VideoSpec, WorldFile, from_value};
 use raycam_scene::{Light, World as Inner};
 
-use crate::error::{IntoPyErr, catch_panic};
+use crate::error::{OrRaise, detached};
 use crate::py_value::to_value;
 use crate::world::array_images::{ArrayImages, FilesAndArrays, NAME, is_array};
 use crate::world::state::{World, budget};
+
+/// A description, and the images in it that are arrays.
+pub(crate) fn described(description: &Bound<'_, PyAny>) -> PyResult<(ArrayImages, SpannedValue)> {
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    Ok((arrays, value))
+}
 
 /// The world of a description, whose files lie in `folder` and nowhere else.
 #[pyfunction]
@@ -19,18 +26,16 @@ pub(crate) fn world_from_dict(
     folder: PathBuf,
     texture_memory: Option<u64>,
 ) -> PyResult<World> {
-    let mut arrays = ArrayImages::default();
-    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    let (arrays, value) = described(description)?;
     let build = || -> Result<Inner, FormatError> {
         let mut files = AssetRoot::new(&folder, &budget(texture_memory));
-        let file = from_value::<WorldFile>(&value)?;
-        let mut world = file.build(&mut FilesAndArrays { files: &mut files, arrays: &arrays })?;
+        let mut world =
+            from_value::<WorldFile>(&value)?.build(&mut FilesAndArrays { files: &mut files, arrays: &arrays })?;
         world.lights.iter_mut().for_each(name_array);
         files.finish_world(&mut world)?;
         Ok(world)
     };
-    let world = description.py().detach(|| catch_panic(build))?;
-    Ok(World::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
+    Ok(World::from_inner(detached(description.py(), build)?, PathBuf::new()))
 }
 
 /// Adds an object. Its files lie anywhere, or nowhere else than in `within`.
@@ -40,9 +45,8 @@ pub(crate) fn world_add_object(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut arrays = ArrayImages::default();
-    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
-    let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    let (arrays, value) = described(description)?;
+    let spec: ObjectSpec = from_value(&value).or_raise()?;
     world.add_description(description.py(), within, |inner, files| {
         spec.build(inner, &mut FilesAndArrays { files, arrays: &arrays })
     })
@@ -55,9 +59,8 @@ pub(crate) fn world_add_light(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut arrays = ArrayImages::default();
-    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
-    let mut light: Light = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    let (arrays, value) = described(description)?;
+    let mut light: Light = from_value(&value).or_raise()?;
     world.add_description(description.py(), within, |inner, files| {
         light.read(&mut FilesAndArrays { files, arrays: &arrays })?;
         name_array(&mut light);
@@ -77,9 +80,9 @@ pub(crate) fn name_array(light: &mut Light) {
 /// Gives the world a `[video]`, or another one.
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
-    let spec: VideoSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let spec: VideoSpec = from_value(&to_value(description, "")?).or_raise()?;
     world.modify_unseen(|inner| {
-        inner.video = Some(spec.build(inner).map_err(IntoPyErr::into_py_err)?);
+        inner.video = Some(spec.build(inner).or_raise()?);
         Ok(())
     })
 }
@@ -119,8 +122,8 @@ impl World {
                 None => AssetRoot::trusted(&self.folder, &budget),
             };
             let mut files = files.extending(inner);
-            let changed = change(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
-            files.finish_world(inner).map_err(IntoPyErr::into_py_err)?;
+            let changed = change(inner, &mut files).or_raise()?;
+            files.finish_world(inner).or_raise()?;
             Ok(changed)
         }
     }

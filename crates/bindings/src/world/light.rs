@@ -6,13 +6,13 @@ use pyo3::types::PyDict;
 use raycam_scene::Light;
 use serde_json::Value;
 
+use crate::arrays::DictResult;
+
 /// A light as it is written: its `type`, then its keys.
-pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> DictResult<'py> {
     let value = serde_json::to_value(light).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let dict = PyDict::new(py);
-    let Value::Object(variant) = value else {
-        return Ok(dict);
-    };
+    let Value::Object(variant) = value else { return Ok(dict) };
     dict.set_item("type", light.type_name())?;
     for keys in variant.values() {
         let Value::Object(keys) = keys else { continue };

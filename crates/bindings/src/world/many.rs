@@ -6,7 +6,7 @@ use raycam_render::{Channel, OutputPlane, PictureSeries, PixelType, PlaneData, c
 
 use crate::arrays::Floats;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, settings_error, world_error};
+use crate::error::{OrRaise, settings_error, world_error};
 use crate::interruptible::run_interruptible;
 use crate::render::frame::channel;
 use crate::render::settings::RenderArguments;
@@ -77,7 +77,7 @@ pub(crate) fn render_many(
         Ok((which.number_in(&inner)?, places.collect::<PyResult<Vec<_>>>()?))
     });
     let poses = poses.collect::<PyResult<Vec<_>>>()?;
-    let (_, pixels) = checked_region(first, &settings).map_err(IntoPyErr::into_py_err)?;
+    let (_, pixels) = checked_region(first, &settings).or_raise()?;
     let mut opened = Vec::with_capacity(arrays.len());
     for (&channel, (_, array)) in settings.channels.iter().zip(&arrays) {
         opened.push((channel, SeriesArray::new(channel, array)?));

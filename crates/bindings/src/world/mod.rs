@@ -13,15 +13,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner, triangles};
 
-use crate::arrays::array;
-use crate::camera::{Camera, up, up_name};
-use crate::error::{IntoPyErr, catch_panic, check_memory, world_error};
+use crate::arrays::{ArrayResult, DictResult, array};
+use crate::camera::{Camera, up};
+use crate::error::{OrRaise, catch_panic, check_memory, detached, world_error};
 use crate::render;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
@@ -51,8 +50,7 @@ impl World {
     fn load(py: Python<'_>, path: PathBuf, folder: Option<PathBuf>, texture_memory: Option<u64>) -> PyResult<Self> {
         let budget = budget(texture_memory);
         let read = || raycam_formats::load_within(&path, folder.as_deref(), &budget);
-        let world = py.detach(|| catch_panic(read))?;
-        Ok(Self::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
+        Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
@@ -61,7 +59,7 @@ impl World {
 
     #[getter]
     fn up(&self) -> &'static str {
-        up_name(self.snapshot().up)
+        self.snapshot().up.name()
     }
 
     #[getter]
@@ -80,8 +78,7 @@ impl World {
     /// The bytes that textures may take in memory, if something bounds them.
     #[getter]
     fn texture_memory(&self) -> Option<u64> {
-        let world = self.snapshot();
-        world.texture_cache.as_ref().map(|memory| memory.limit())
+        self.snapshot().texture_cache.as_ref().map(|memory| memory.limit())
     }
 
     /// The names of the image files.
@@ -96,7 +93,7 @@ impl World {
     }
 
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn counts<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         let counts = self.snapshot().stats();
         let dict = PyDict::new(py);
         dict.set_item("objects", counts.objects)?;
@@ -158,40 +155,38 @@ impl World {
 
     #[getter]
     fn cameras(&self) -> Vec<(String, Camera)> {
-        let world = self.snapshot();
-        world.cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
+        self.snapshot().cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
     }
 
     /// The camera of a name, with the nearest name in the error.
     fn camera(&self, name: &str) -> PyResult<Camera> {
         let world = self.snapshot();
-        let found = world.find_camera(name).map_err(IntoPyErr::into_py_err)?;
+        let found = world.find_camera(name).or_raise()?;
         Ok(Camera { inner: found.camera.clone() })
     }
 
     fn default_camera(&self, size: [u32; 2]) -> PyResult<Camera> {
-        let inner = self.snapshot().default_camera(size).map_err(IntoPyErr::into_py_err)?;
+        let inner = self.snapshot().default_camera(size).or_raise()?;
         Ok(Camera { inner })
     }
 
     /// `[render]` by the names of `raycam.render`.
     #[getter]
-    fn render_settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         crate::render::settings::render_section_dict(py, &self.snapshot().render)
     }
 
     /// (fps, seconds, frames) of `[video]`.
     #[getter]
     fn video(&self) -> Option<(f64, f64, usize)> {
-        let world = self.snapshot();
-        world.video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
+        self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
     /// `base` as `[video]` moves it.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]".into()))?;
-        let inner = video.camera_at(&base.inner, time).map_err(IntoPyErr::into_py_err)?;
+        let inner = video.camera_at(&base.inner, time).or_raise()?;
         Ok(Camera { inner })
     }
 
@@ -211,14 +206,12 @@ impl World {
 
     /// The number of an animation, with the nearest name in the error.
     fn find_animation(&self, name: &str) -> PyResult<usize> {
-        let found = self.snapshot().find_animation(name);
-        found.map_err(IntoPyErr::into_py_err)
+        self.snapshot().find_animation(name).or_raise()
     }
 
     #[getter]
     fn variants(&self) -> Vec<String> {
-        let world = self.snapshot();
-        world.variants.iter().map(|v| v.name.clone()).collect()
+        self.snapshot().variants.iter().map(|v| v.name.clone()).collect()
     }
 
     /// The world in the materials of a variant; it shares what is built.
@@ -228,7 +221,7 @@ impl World {
 
     /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all that are visible.
     #[pyo3(signature = (object))]
-    fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> ArrayResult<'py, f64> {
         let world = self.snapshot();
         let count = triangles::count(&world, object);
         check_memory(&format!("{count} triangles"), count * 72)?;
@@ -238,14 +231,14 @@ impl World {
     }
 
     /// (instance, triangle) [n, 2].
-    fn triangle_ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
+    fn triangle_ids<'py>(&self, py: Python<'py>) -> ArrayResult<'py, i32> {
         let ids = triangles::ids(&self.snapshot());
         let n = ids.len();
         array(py, ids.into_flattened(), &[n, 2])
     }
 
     /// One linear colour [n, 3] a triangle.
-    fn triangle_colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn triangle_colors<'py>(&self, py: Python<'py>) -> ArrayResult<'py, f32> {
         let world = self.snapshot();
         let colors = py.detach(|| catch_panic(|| triangles::colors(&world)))?;
         let n = colors.len();

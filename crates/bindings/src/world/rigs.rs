@@ -3,16 +3,13 @@
 use pyo3::prelude::*;
 
 use crate::camera::rig::{Rig, wrap};
-use crate::error::{IntoPyErr, world_error};
+use crate::error::{OrRaise, world_error};
 use crate::world::state::World;
 
 /// Adds a rig and its cameras to a world.
 #[pyfunction]
 pub(crate) fn world_add_rig(world: &World, rig: &Rig) -> PyResult<()> {
-    world.modify_unseen(|world| {
-        let added = world.add_rig(rig.inner.clone());
-        added.map(drop).map_err(IntoPyErr::into_py_err)
-    })
+    world.modify_unseen(|world| world.add_rig(rig.inner.clone()).map(drop).or_raise())
 }
 
 /// The rigs of a world.

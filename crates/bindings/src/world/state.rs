@@ -8,7 +8,7 @@ use raycam_formats::Budget;
 use raycam_render::{PreparedFamily, PreparedWorld};
 use raycam_scene::{SceneError, World as Inner};
 
-use crate::error::{IntoPyErr, catch_panic};
+use crate::error::{OrRaise, catch_panic};
 use crate::interruptible::run_for_work;
 
 /// A world as written, and as it was last prepared.
@@ -110,7 +110,7 @@ impl World {
     /// A world made of this one, which shares what is built.
     pub(crate) fn derive(&self, change: impl FnOnce(&Inner) -> Result<Inner, SceneError>) -> PyResult<Self> {
         let WorldState { world, prepared, family, .. } = self.state().clone();
-        let changed = catch_panic(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
+        let changed = catch_panic(|| change(&world))?.or_raise()?;
         let state = WorldState { world: Arc::new(changed), prepared, is_current: false, family };
         Ok(Self { state: Mutex::new(state), folder: self.folder.clone() })
     }

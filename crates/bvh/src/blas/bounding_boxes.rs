@@ -17,9 +17,7 @@ impl Bvh {
             let inner = |(_, (_, at)): &(usize, &(Aabb, NodeRef))| !at.is_leaf();
             let large = |a: &Aabb, b: &Aabb| a.half_area().total_cmp(&b.half_area());
             let largest = boxes.iter().enumerate().filter(inner);
-            let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else {
-                break;
-            };
+            let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else { break };
             let node = node(self.blocks(), at);
             let children = node.child_count as usize;
             if boxes.len() - 1 + children > count {

@@ -31,11 +31,6 @@ impl Bvh {
         self.prim_ids.len()
     }
 
-    /// Bytes held by nodes, leaves and primitive ids.
-    pub fn byte_count(&self) -> usize {
-        self.blocks.capacity() * size_of::<NodeBlock>() + self.prim_ids.capacity() * size_of::<u32>()
-    }
-
     /// The power of two by which mesh coordinates are multiplied in the tree.
     pub(crate) fn scale(&self) -> f32 {
         self.scale

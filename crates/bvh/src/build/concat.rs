@@ -98,9 +98,7 @@ pub fn build_and_concat<L: LeafBuilder>(
     let work = || {
         let mut scratch = None;
         loop {
-            let Some((index, job)) = lock(&jobs).next() else {
-                return;
-            };
+            let Some((index, job)) = lock(&jobs).next() else { return };
             let mut treelet = lock(&output).free_list.pop().unwrap_or_default();
             treelet.build(job, shared, scratch.get_or_insert_with(Scratch::default));
             let reserved = lock(&output).reserve::<L>(index, treelet);

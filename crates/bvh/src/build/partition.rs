@@ -173,9 +173,7 @@ mod tests {
         let mapping = BinMapping::new(&range, 8);
         let mut bins = SahBins::<8>::empty();
         bins.add::<Portable>(&prims, &mapping);
-        let Some(plane) = bins.best_split::<Portable>(&mapping, 1) else {
-            return;
-        };
+        let Some(plane) = bins.best_split::<Portable>(&mapping, 1) else { return };
         let on_left = |prim: &PrimRef| {
             let place = mapping.bin_coords(prim.centroid()).broadcast_lane::<0>();
             place.cmp_lt(plane.split_threshold()).sign()

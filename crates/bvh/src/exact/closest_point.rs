@@ -53,9 +53,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     } else {
         foot_in_double_double(point, corners)
     };
-    let Some([v, w]) = weights else {
-        return closest_of_edges(corners, relative);
-    };
+    let Some([v, w]) = weights else { return closest_of_edges(corners, relative) };
     let (v, w) = (v.max(0.0), w.max(0.0));
     let excess = (v + w).max(1.0);
     let (v, w) = (v / excess, w / excess);

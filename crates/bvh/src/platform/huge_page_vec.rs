@@ -93,11 +93,6 @@ impl<T: Copy> HugePageVec<T> {
         (self.align_offset, self.capacity) = (skipped, len);
     }
 
-    /// The number of values that fit.
-    pub fn capacity(&self) -> usize {
-        self.capacity
-    }
-
     /// Concatenates `parts`, `capacity` values in all. Many are copied in parallel; each part is dropped after its copy.
     pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where

@@ -104,11 +104,6 @@ impl Scene {
         self.is_single_mesh
     }
 
-    /// The instruction set of the queries.
-    pub fn instruction_set(&self) -> InstructionSet {
-        self.dispatch.isa()
-    }
-
     /// Selects an instruction set; false, without effect, if the machine lacks it. Hits are the same.
     pub fn set_instruction_set(&mut self, isa: InstructionSet) -> bool {
         let dispatch = Dispatch::try_new(isa);

@@ -95,9 +95,7 @@ fn open_recursive(
             group.extend_from_slice(&children[1..]);
         }
     }
-    let Some(second) = split_at_center(&mut group) else {
-        return group;
-    };
+    let Some(second) = split_at_center(&mut group) else { return group };
     let count = group.len() + second.len();
     let own = room * group.len() / count;
     let both = (|| open_recursive(transforms, group, own), || open_recursive(transforms, second, room - own));

@@ -24,9 +24,22 @@ macro_rules! on_avx2 {
 impl Vector for Ymm {
     type Mask = __m256;
 
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        on_avx2!(Self(_mm256_set1_ps(x)))
+    inlined! {
+        fn splat(x: f32) -> Self = on_avx2!(Self(_mm256_set1_ps(x)));
+        fn add(self, b: Self) -> Self = on_avx2!(Self(_mm256_add_ps(self.0, b.0)));
+        fn sub(self, b: Self) -> Self = on_avx2!(Self(_mm256_sub_ps(self.0, b.0)));
+        fn mul(self, b: Self) -> Self = on_avx2!(Self(_mm256_mul_ps(self.0, b.0)));
+        fn div(self, b: Self) -> Self = on_avx2!(Self(_mm256_div_ps(self.0, b.0)));
+        fn min(self, b: Self) -> Self = on_avx2!(Self(_mm256_min_ps(self.0, b.0)));
+        fn max(self, b: Self) -> Self = on_avx2!(Self(_mm256_max_ps(self.0, b.0)));
+        fn mul_sub(self, b: Self, c: Self) -> Self = on_avx2!(Self(_mm256_fmsub_ps(self.0, b.0, c.0)));
+        fn abs(self) -> Self = on_avx2!(Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)));
+        fn le(self, b: Self) -> __m256 = on_avx2!(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0));
+        fn eq(self, b: Self) -> __m256 = on_avx2!(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, b.0));
+        fn and(a: __m256, b: __m256) -> __m256 = on_avx2!(_mm256_and_ps(a, b));
+        fn or(a: __m256, b: __m256) -> __m256 = on_avx2!(_mm256_or_ps(a, b));
+        fn to_bitmask(mask: __m256) -> u32 = on_avx2!(_mm256_movemask_ps(mask) as u32);
+        fn select(mask: __m256, a: Self, b: Self) -> Self = on_avx2!(Self(_mm256_blendv_ps(b.0, a.0, mask)));
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
@@ -35,54 +48,6 @@ impl Vector for Ymm {
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
         on_avx2!(_mm256_storeu_ps(to, self.0))
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_add_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_sub_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_mul_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_div_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_min_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_max_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        on_avx2!(Self(_mm256_fmsub_ps(self.0, b.0, c.0)))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        on_avx2!(Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> __m256 {
-        on_avx2!(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0))
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> __m256 {
-        on_avx2!(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, b.0))
-    }
-    #[inline(always)]
-    fn and(a: __m256, b: __m256) -> __m256 {
-        on_avx2!(_mm256_and_ps(a, b))
-    }
-    #[inline(always)]
-    fn or(a: __m256, b: __m256) -> __m256 {
-        on_avx2!(_mm256_or_ps(a, b))
     }
     #[inline(always)]
     fn reduce_min(self) -> f32 {
@@ -101,20 +66,12 @@ impl Vector for Ymm {
         })
     }
     #[inline(always)]
-    fn to_bitmask(mask: __m256) -> u32 {
-        on_avx2!(_mm256_movemask_ps(mask) as u32)
-    }
-    #[inline(always)]
     fn from_bitmask(bits: u32) -> __m256 {
         on_avx2!({
             let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let named = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
             _mm256_castsi256_ps(_mm256_cmpeq_epi32(named, lanes))
         })
-    }
-    #[inline(always)]
-    fn select(mask: __m256, a: Self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_blendv_ps(b.0, a.0, mask)))
     }
 }
 
@@ -127,9 +84,17 @@ impl Isa for Avx2 {
     type LaneIndices = (__m256i, __m256i);
     type Permutation = __m256i;
 
-    #[inline(always)]
-    fn split_f32x4(v: Ymm) -> [F32x4; 2] {
-        on_avx2!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),])
+    inlined! {
+        fn split_f32x4(v: Ymm) -> [F32x4; 2] =
+            on_avx2!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),]);
+        fn permute(table: Self::F32x16, (lower, upper): Self::LaneIndices) -> Self::F32x16 =
+            DoubleWidth(permute_impl(table, lower), permute_impl(table, upper));
+        fn gather_lanes(table: Self::F32x16, index: Ymm) -> Ymm =
+            permute_impl(table, on_avx2!(_mm256_castps_si256(index.0)));
+        fn add_u32_bits(bits: Ymm, by: u32) -> Ymm =
+            on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(bits.0), _mm256_set1_epi32(by as i32)))));
+        fn permute8(v: Ymm, order: __m256i) -> Ymm = on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)));
+        fn argmin(v: Ymm, mask: __m256) -> usize = argmin(v, mask);
     }
     #[inline(always)]
     fn unpack_indices(packed: u64) -> Self::LaneIndices {
@@ -142,10 +107,6 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn permute(table: Self::F32x16, (lower, upper): Self::LaneIndices) -> Self::F32x16 {
-        DoubleWidth(permute_impl(table, lower), permute_impl(table, upper))
-    }
-    #[inline(always)]
     fn permute_half<const HALF: usize>(table: Self::F32x16, packed: u64) -> Ymm {
         on_avx2!({
             let words = _mm256_set1_epi64x((packed >> (16 * HALF)) as i64);
@@ -154,17 +115,9 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn gather_lanes(table: Self::F32x16, index: Ymm) -> Ymm {
-        permute_impl(table, on_avx2!(_mm256_castps_si256(index.0)))
-    }
-    #[inline(always)]
     fn expand_bits(packed: u64) -> Self::F32x16 {
         let (lower, upper) = Self::unpack_indices(packed);
         on_avx2!(DoubleWidth(Ymm(_mm256_castsi256_ps(lower)), Ymm(_mm256_castsi256_ps(upper))))
-    }
-    #[inline(always)]
-    fn add_u32_bits(bits: Ymm, by: u32) -> Ymm {
-        on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(bits.0), _mm256_set1_epi32(by as i32)))))
     }
     #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
@@ -181,14 +134,6 @@ impl Isa for Avx2 {
             let named = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
             sort_network(_mm256_or_si256(sort_keys_descending(v), _mm256_andnot_si256(named, _mm256_set1_epi32(-1))))
         })
-    }
-    #[inline(always)]
-    fn permute8(v: Ymm, order: __m256i) -> Ymm {
-        on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
-    }
-    #[inline(always)]
-    fn argmin(v: Ymm, mask: __m256) -> usize {
-        argmin(v, mask)
     }
     #[inline(always)]
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Self::F32x16; 4] {

@@ -24,9 +24,25 @@ macro_rules! on_avx512 {
 impl Vector for Zmm {
     type Mask = u16;
 
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        on_avx512!(Self(_mm512_set1_ps(x)))
+    inlined! {
+        fn splat(x: f32) -> Self = on_avx512!(Self(_mm512_set1_ps(x)));
+        fn add(self, b: Self) -> Self = on_avx512!(Self(_mm512_add_ps(self.0, b.0)));
+        fn sub(self, b: Self) -> Self = on_avx512!(Self(_mm512_sub_ps(self.0, b.0)));
+        fn mul(self, b: Self) -> Self = on_avx512!(Self(_mm512_mul_ps(self.0, b.0)));
+        fn div(self, b: Self) -> Self = on_avx512!(Self(_mm512_div_ps(self.0, b.0)));
+        fn min(self, b: Self) -> Self = on_avx512!(Self(_mm512_min_ps(self.0, b.0)));
+        fn max(self, b: Self) -> Self = on_avx512!(Self(_mm512_max_ps(self.0, b.0)));
+        fn mul_sub(self, b: Self, c: Self) -> Self = on_avx512!(Self(_mm512_fmsub_ps(self.0, b.0, c.0)));
+        fn abs(self) -> Self = on_avx512!(Self(_mm512_abs_ps(self.0)));
+        fn le(self, b: Self) -> u16 = on_avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0));
+        fn eq(self, b: Self) -> u16 = on_avx512!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0));
+        fn and(a: u16, b: u16) -> u16 = a & b;
+        fn or(a: u16, b: u16) -> u16 = a | b;
+        fn reduce_min(self) -> f32 = on_avx512!(_mm512_reduce_min_ps(self.0));
+        fn reduce_max(self) -> f32 = on_avx512!(_mm512_reduce_max_ps(self.0));
+        fn to_bitmask(mask: u16) -> u32 = u32::from(mask);
+        fn from_bitmask(bits: u32) -> u16 = bits as u16;
+        fn select(mask: u16, a: Self, b: Self) -> Self = on_avx512!(Self(_mm512_mask_blend_ps(mask, b.0, a.0)));
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
@@ -35,74 +51,6 @@ impl Vector for Zmm {
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
         on_avx512!(_mm512_storeu_ps(to, self.0))
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_add_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_sub_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_mul_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_div_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_min_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_max_ps(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        on_avx512!(Self(_mm512_fmsub_ps(self.0, b.0, c.0)))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        on_avx512!(Self(_mm512_abs_ps(self.0)))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> u16 {
-        on_avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0))
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> u16 {
-        on_avx512!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0))
-    }
-    #[inline(always)]
-    fn and(a: u16, b: u16) -> u16 {
-        a & b
-    }
-    #[inline(always)]
-    fn or(a: u16, b: u16) -> u16 {
-        a | b
-    }
-    #[inline(always)]
-    fn reduce_min(self) -> f32 {
-        on_avx512!(_mm512_reduce_min_ps(self.0))
-    }
-    #[inline(always)]
-    fn reduce_max(self) -> f32 {
-        on_avx512!(_mm512_reduce_max_ps(self.0))
-    }
-    #[inline(always)]
-    fn to_bitmask(mask: u16) -> u32 {
-        u32::from(mask)
-    }
-    #[inline(always)]
-    fn from_bitmask(bits: u32) -> u16 {
-        bits as u16
-    }
-    #[inline(always)]
-    fn select(mask: u16, a: Self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_mask_blend_ps(mask, b.0, a.0)))
     }
 }
 
@@ -114,9 +62,16 @@ impl Isa for Avx512 {
     type LaneIndices = __m512i;
     type Permutation = __m256i;
 
-    #[inline(always)]
-    fn split_f32x4(v: Ymm) -> [F32x4; 2] {
-        on_avx512!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),])
+    inlined! {
+        fn split_f32x4(v: Ymm) -> [F32x4; 2] =
+            on_avx512!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),]);
+        fn gather_lanes(table: Zmm, index: Zmm) -> Zmm = Self::permute(table, on_avx512!(_mm512_castps_si512(index.0)));
+        fn expand_bits(packed: u64) -> Zmm = on_avx512!(Zmm(_mm512_castsi512_ps(Self::unpack_indices(packed))));
+        fn compress(v: Ymm, mask: u32) -> Ymm = on_avx512!(Ymm(_mm256_maskz_compress_ps(mask as u8, v.0)));
+        fn sort_descending(v: Ymm, mask: u32) -> __m256i =
+            on_avx512!(sort_network(_mm256_mask_mov_epi32(_mm256_set1_epi32(-1), mask as u8, sort_keys_descending(v))));
+        fn permute8(v: Ymm, order: __m256i) -> Ymm = on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)));
+        fn argmin(v: Ymm, mask: __m256) -> usize = argmin(v, mask);
     }
     #[inline(always)]
     fn unpack_indices(packed: u64) -> __m512i {
@@ -131,35 +86,11 @@ impl Isa for Avx512 {
         on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
     }
     #[inline(always)]
-    fn gather_lanes(table: Zmm, index: Zmm) -> Zmm {
-        Self::permute(table, on_avx512!(_mm512_castps_si512(index.0)))
-    }
-    #[inline(always)]
-    fn expand_bits(packed: u64) -> Zmm {
-        on_avx512!(Zmm(_mm512_castsi512_ps(Self::unpack_indices(packed))))
-    }
-    #[inline(always)]
     fn add_u32_bits(bits: Zmm, by: u32) -> Zmm {
         on_avx512!(Zmm(_mm512_castsi512_ps(_mm512_add_epi32(
             _mm512_castps_si512(bits.0),
             _mm512_set1_epi32(by as i32)
         ))))
-    }
-    #[inline(always)]
-    fn compress(v: Ymm, mask: u32) -> Ymm {
-        on_avx512!(Ymm(_mm256_maskz_compress_ps(mask as u8, v.0)))
-    }
-    #[inline(always)]
-    fn sort_descending(v: Ymm, mask: u32) -> __m256i {
-        on_avx512!(sort_network(_mm256_mask_mov_epi32(_mm256_set1_epi32(-1), mask as u8, sort_keys_descending(v))))
-    }
-    #[inline(always)]
-    fn permute8(v: Ymm, order: __m256i) -> Ymm {
-        on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
-    }
-    #[inline(always)]
-    fn argmin(v: Ymm, mask: __m256) -> usize {
-        argmin(v, mask)
     }
     #[inline(always)]
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Zmm; 4] {

@@ -23,44 +23,31 @@ mod imp {
     }
 
     impl F32x4 {
-        #[inline(always)]
-        pub fn splat(x: f32) -> Self {
-            on_sse2!(Self(_mm_set1_ps(x)))
-        }
-        #[inline(always)]
-        pub fn new(v: [f32; 4]) -> Self {
-            on_sse2!(Self(_mm_setr_ps(v[0], v[1], v[2], v[3])))
+        inlined! {
+            pub fn splat(x: f32) -> Self = on_sse2!(Self(_mm_set1_ps(x)));
+            pub fn new(v: [f32; 4]) -> Self = on_sse2!(Self(_mm_setr_ps(v[0], v[1], v[2], v[3])));
+            pub fn add(self, b: Self) -> Self = on_sse2!(Self(_mm_add_ps(self.0, b.0)));
+            pub fn sub(self, b: Self) -> Self = on_sse2!(Self(_mm_sub_ps(self.0, b.0)));
+            pub fn mul(self, b: Self) -> Self = on_sse2!(Self(_mm_mul_ps(self.0, b.0)));
+            pub fn min(self, b: Self) -> Self = on_sse2!(Self(_mm_min_ps(self.0, b.0)));
+            pub fn max(self, b: Self) -> Self = on_sse2!(Self(_mm_max_ps(self.0, b.0)));
+            /// The first three lanes, and 0.
+            pub fn zero_w(self) -> Self =
+                on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))));
+            /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
+            pub fn cmp_lt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)));
+            /// The opposite of [`F32x4::cmp_lt`].
+            pub fn cmp_nlt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)));
+            /// All bits of both.
+            pub fn or(self, b: Self) -> Self = on_sse2!(Self(_mm_or_ps(self.0, b.0)));
+            /// True if the sign bit of the first lane is set.
+            pub fn sign(self) -> bool = on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0;
         }
         #[inline(always)]
         pub fn array(self) -> [f32; 4] {
             let mut out = [0.0; 4];
             on_sse2!(_mm_storeu_ps(out.as_mut_ptr(), self.0));
             out
-        }
-        #[inline(always)]
-        pub fn add(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_add_ps(self.0, b.0)))
-        }
-        #[inline(always)]
-        pub fn sub(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_sub_ps(self.0, b.0)))
-        }
-        #[inline(always)]
-        pub fn mul(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_mul_ps(self.0, b.0)))
-        }
-        #[inline(always)]
-        pub fn min(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_min_ps(self.0, b.0)))
-        }
-        #[inline(always)]
-        pub fn max(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_max_ps(self.0, b.0)))
-        }
-        /// The first three lanes, and 0.
-        #[inline(always)]
-        pub fn zero_w(self) -> Self {
-            on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))))
         }
         /// Lane `LANE` in every lane.
         #[inline(always)]
@@ -71,26 +58,6 @@ mod imp {
                 2 => _mm_shuffle_ps::<0b10_10_10_10>(self.0, self.0),
                 _ => _mm_shuffle_ps::<0b11_11_11_11>(self.0, self.0),
             }))
-        }
-        /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
-        #[inline(always)]
-        pub fn cmp_lt(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)))
-        }
-        /// The opposite of [`F32x4::cmp_lt`].
-        #[inline(always)]
-        pub fn cmp_nlt(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)))
-        }
-        /// All bits of both.
-        #[inline(always)]
-        pub fn or(self, b: Self) -> Self {
-            on_sse2!(Self(_mm_or_ps(self.0, b.0)))
-        }
-        /// True if the sign bit of the first lane is set.
-        #[inline(always)]
-        pub fn sign(self) -> bool {
-            on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0
         }
         /// Truncated to integers; the values must be within the range of `i32`.
         #[inline(always)]
@@ -130,81 +97,37 @@ mod imp {
     pub struct F32x4([f32; 4]);
 
     impl F32x4 {
-        #[inline(always)]
-        fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-            Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
-        }
-        #[inline(always)]
-        pub fn splat(x: f32) -> Self {
-            Self([x; 4])
-        }
-        #[inline(always)]
-        pub fn new(v: [f32; 4]) -> Self {
-            Self(v)
-        }
-        #[inline(always)]
-        pub fn array(self) -> [f32; 4] {
-            self.0
-        }
-        #[inline(always)]
-        pub fn add(self, b: Self) -> Self {
-            self.zip(b, |a, b| a + b)
-        }
-        #[inline(always)]
-        pub fn sub(self, b: Self) -> Self {
-            self.zip(b, |a, b| a - b)
-        }
-        #[inline(always)]
-        pub fn mul(self, b: Self) -> Self {
-            self.zip(b, |a, b| a * b)
-        }
-        #[inline(always)]
-        pub fn min(self, b: Self) -> Self {
-            self.zip(b, |a, b| if a < b { a } else { b })
-        }
-        #[inline(always)]
-        pub fn max(self, b: Self) -> Self {
-            self.zip(b, |a, b| if a > b { a } else { b })
-        }
-        /// The first three lanes, and 0.
-        #[inline(always)]
-        pub fn zero_w(self) -> Self {
-            Self([self.0[0], self.0[1], self.0[2], 0.0])
+        inlined! {
+            fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self =
+                Self(std::array::from_fn(|i| f(self.0[i], b.0[i])));
+            pub fn splat(x: f32) -> Self = Self([x; 4]);
+            pub fn new(v: [f32; 4]) -> Self = Self(v);
+            pub fn array(self) -> [f32; 4] = self.0;
+            pub fn add(self, b: Self) -> Self = self.zip(b, |a, b| a + b);
+            pub fn sub(self, b: Self) -> Self = self.zip(b, |a, b| a - b);
+            pub fn mul(self, b: Self) -> Self = self.zip(b, |a, b| a * b);
+            pub fn min(self, b: Self) -> Self = self.zip(b, |a, b| if a < b { a } else { b });
+            pub fn max(self, b: Self) -> Self = self.zip(b, |a, b| if a > b { a } else { b });
+            /// The first three lanes, and 0.
+            pub fn zero_w(self) -> Self = Self([self.0[0], self.0[1], self.0[2], 0.0]);
+            /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
+            pub fn cmp_lt(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }));
+            /// The opposite of [`F32x4::cmp_lt`].
+            pub fn cmp_nlt(self, b: Self) -> Self =
+                self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }));
+            /// All bits of both.
+            pub fn or(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()));
+            /// True if the sign bit of the first lane is set.
+            pub fn sign(self) -> bool = self.0[0].to_bits() >> 31 != 0;
+            /// Truncated to integers; the values must be within the range of `i32`.
+            pub fn to_i32_trunc(self) -> [i32; 4] = self.0.map(|x| x as i32);
+            /// The transposed 4 x 4 matrix.
+            pub fn transpose(rows: [Self; 4]) -> [Self; 4] = std::array::from_fn(|i| Self(rows.map(|row| row.0[i])));
         }
         /// Lane `LANE` in every lane.
         #[inline(always)]
         pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             Self([self.0[LANE]; 4])
-        }
-        /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
-        #[inline(always)]
-        pub fn cmp_lt(self, b: Self) -> Self {
-            self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }))
-        }
-        /// The opposite of [`F32x4::cmp_lt`].
-        #[inline(always)]
-        pub fn cmp_nlt(self, b: Self) -> Self {
-            self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }))
-        }
-        /// All bits of both.
-        #[inline(always)]
-        pub fn or(self, b: Self) -> Self {
-            self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()))
-        }
-        /// True if the sign bit of the first lane is set.
-        #[inline(always)]
-        pub fn sign(self) -> bool {
-            self.0[0].to_bits() >> 31 != 0
-        }
-        /// Truncated to integers; the values must be within the range of `i32`.
-        #[inline(always)]
-        pub fn to_i32_trunc(self) -> [i32; 4] {
-            self.0.map(|x| x as i32)
-        }
-        /// The transposed 4 x 4 matrix.
-        #[inline(always)]
-        pub fn transpose(rows: [Self; 4]) -> [Self; 4] {
-            std::array::from_fn(|i| Self(rows.map(|row| row.0[i])))
         }
         /// x y + y z + z x: half the area of a box of this diagonal.
         #[inline(always)]

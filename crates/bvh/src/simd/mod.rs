@@ -8,6 +8,17 @@
 //! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects contribute to a hit. All are correctly rounded, so the
 //! bits of hits do not depend on the instruction set.
 
+/// Methods of one expression, inlined into the function that enables the instruction set: a table, one row a method.
+macro_rules! inlined {
+    ($($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:tt)*) -> $out:ty = $body:expr;)*) => {$(
+        $(#[$doc])*
+        #[inline(always)]
+        $vis fn $name($($argument)*) -> $out {
+            $body
+        }
+    )*};
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -115,7 +126,10 @@ pub trait Isa: Copy + 'static {
     /// Adds an integer to the bits of every lane.
     fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;
     /// The lanes of `mask`, in order, in the first lanes; the rest is unspecified.
-    fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8;
+    #[inline(always)]
+    fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8 {
+        permute8(v, COMPRESS[mask as usize & 255])
+    }
     /// The permutation that sorts the lanes of `mask` from the greatest value to the least, up to 7 ulp; the rest is
     /// unspecified. Values are not negative.
     fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
@@ -123,7 +137,10 @@ pub trait Isa: Copy + 'static {
     fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
     /// The lane of the least value among those of `mask`, up to 7 ulp; unspecified for an empty mask. Values are not
     /// negative.
-    fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize;
+    #[inline(always)]
+    fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize {
+        argmin(&lanes8(v), Self::F32x8::to_bitmask(mask))
+    }
     /// The first four lanes and the last four.
     #[inline(always)]
     fn split_f32x4(v: Self::F32x8) -> [F32x4; 2] {
@@ -147,8 +164,9 @@ pub trait Isa: Copy + 'static {
         // SAFETY: each array holds 16 floats.
         columns.map(|column| unsafe { Self::F32x16::load(column.as_ptr()) })
     }
-    /// Prefetches a cache line.
-    fn prefetch(at: *const u8);
+    /// Prefetches a cache line, where there is an instruction for it.
+    #[inline(always)]
+    fn prefetch(_at: *const u8) {}
 }
 
 /// The permutation of [`Isa::compress`] for every mask of eight lanes.

@@ -2,7 +2,7 @@
 
 use std::arch::aarch64::*;
 
-use super::{COMPRESS, Isa, Vector, argmin, lanes8, permute8, sort_descending};
+use super::{Isa, Vector, lanes8, permute8, sort_descending};
 use crate::simd::double_width::DoubleWidth;
 
 /// aarch64 with NEON.
@@ -27,9 +27,23 @@ macro_rules! on_neon {
 impl Vector for NeonVec4 {
     type Mask = uint32x4_t;
 
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        on_neon!(Self(vdupq_n_f32(x)))
+    inlined! {
+        fn splat(x: f32) -> Self = on_neon!(Self(vdupq_n_f32(x)));
+        fn add(self, b: Self) -> Self = on_neon!(Self(vaddq_f32(self.0, b.0)));
+        fn sub(self, b: Self) -> Self = on_neon!(Self(vsubq_f32(self.0, b.0)));
+        fn mul(self, b: Self) -> Self = on_neon!(Self(vmulq_f32(self.0, b.0)));
+        fn div(self, b: Self) -> Self = on_neon!(Self(vdivq_f32(self.0, b.0)));
+        fn min(self, b: Self) -> Self = on_neon!(Self(vbslq_f32(vcltq_f32(self.0, b.0), self.0, b.0)));
+        fn max(self, b: Self) -> Self = on_neon!(Self(vbslq_f32(vcgtq_f32(self.0, b.0), self.0, b.0)));
+        fn mul_sub(self, b: Self, c: Self) -> Self = on_neon!(Self(vfmaq_f32(vnegq_f32(c.0), self.0, b.0)));
+        fn abs(self) -> Self = on_neon!(Self(vabsq_f32(self.0)));
+        fn le(self, b: Self) -> uint32x4_t = on_neon!(vcleq_f32(self.0, b.0));
+        fn eq(self, b: Self) -> uint32x4_t = on_neon!(vceqq_f32(self.0, b.0));
+        fn and(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t = on_neon!(vandq_u32(a, b));
+        fn or(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t = on_neon!(vorrq_u32(a, b));
+        fn reduce_min(self) -> f32 = on_neon!(vminvq_f32(self.0));
+        fn reduce_max(self) -> f32 = on_neon!(vmaxvq_f32(self.0));
+        fn select(mask: uint32x4_t, a: Self, b: Self) -> Self = on_neon!(Self(vbslq_f32(mask, a.0, b.0)));
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
@@ -40,62 +54,6 @@ impl Vector for NeonVec4 {
         on_neon!(vst1q_f32(to, self.0))
     }
     #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        on_neon!(Self(vaddq_f32(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        on_neon!(Self(vsubq_f32(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        on_neon!(Self(vmulq_f32(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        on_neon!(Self(vdivq_f32(self.0, b.0)))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        on_neon!(Self(vbslq_f32(vcltq_f32(self.0, b.0), self.0, b.0)))
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        on_neon!(Self(vbslq_f32(vcgtq_f32(self.0, b.0), self.0, b.0)))
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        on_neon!(Self(vfmaq_f32(vnegq_f32(c.0), self.0, b.0)))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        on_neon!(Self(vabsq_f32(self.0)))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> uint32x4_t {
-        on_neon!(vcleq_f32(self.0, b.0))
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> uint32x4_t {
-        on_neon!(vceqq_f32(self.0, b.0))
-    }
-    #[inline(always)]
-    fn and(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
-        on_neon!(vandq_u32(a, b))
-    }
-    #[inline(always)]
-    fn or(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
-        on_neon!(vorrq_u32(a, b))
-    }
-    #[inline(always)]
-    fn reduce_min(self) -> f32 {
-        on_neon!(vminvq_f32(self.0))
-    }
-    #[inline(always)]
-    fn reduce_max(self) -> f32 {
-        on_neon!(vmaxvq_f32(self.0))
-    }
-    #[inline(always)]
     fn to_bitmask(mask: uint32x4_t) -> u32 {
         const LANE_IDS: [u32; 4] = [1, 2, 4, 8];
         on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(LANE_IDS.as_ptr()))))
@@ -104,10 +62,6 @@ impl Vector for NeonVec4 {
     fn from_bitmask(bits: u32) -> uint32x4_t {
         const LANE_IDS: [u32; 4] = [1, 2, 4, 8];
         on_neon!(vtstq_u32(vdupq_n_u32(bits), vld1q_u32(LANE_IDS.as_ptr())))
-    }
-    #[inline(always)]
-    fn select(mask: uint32x4_t, a: Self, b: Self) -> Self {
-        on_neon!(Self(vbslq_f32(mask, a.0, b.0)))
     }
 }
 
@@ -173,22 +127,8 @@ impl Isa for Neon {
         };
         DoubleWidth(DoubleWidth(plus(a), plus(b)), DoubleWidth(plus(c), plus(d)))
     }
-    #[inline(always)]
-    fn compress(v: NeonVec8, mask: u32) -> NeonVec8 {
-        permute8(v, COMPRESS[mask as usize & 255])
+    inlined! {
+        fn sort_descending(v: NeonVec8, mask: u32) -> [u8; 8] = sort_descending(&lanes8(v), mask);
+        fn permute8(v: NeonVec8, order: [u8; 8]) -> NeonVec8 = permute8(v, order);
     }
-    #[inline(always)]
-    fn sort_descending(v: NeonVec8, mask: u32) -> [u8; 8] {
-        sort_descending(&lanes8(v), mask)
-    }
-    #[inline(always)]
-    fn permute8(v: NeonVec8, order: [u8; 8]) -> NeonVec8 {
-        permute8(v, order)
-    }
-    #[inline(always)]
-    fn argmin(v: NeonVec8, mask: <NeonVec8 as Vector>::Mask) -> usize {
-        argmin(&lanes8(v), NeonVec8::to_bitmask(mask))
-    }
-    #[inline(always)]
-    fn prefetch(_at: *const u8) {}
 }

@@ -1,6 +1,6 @@
 //! Plain arrays: the fallback for any machine, and the reference of the other instruction sets.
 
-use crate::simd::{COMPRESS, Isa, Vector, argmin, permute8, sort_descending};
+use crate::simd::{Isa, Vector, permute8, sort_descending};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy)]
@@ -25,9 +25,26 @@ impl<const N: usize> PortableVec<N> {
 impl<const N: usize> Vector for PortableVec<N> {
     type Mask = u32;
 
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        Self([x; N])
+    inlined! {
+        fn splat(x: f32) -> Self = Self([x; N]);
+        fn add(self, b: Self) -> Self = self.zip(b, |a, b| a + b);
+        fn sub(self, b: Self) -> Self = self.zip(b, |a, b| a - b);
+        fn mul(self, b: Self) -> Self = self.zip(b, |a, b| a * b);
+        fn div(self, b: Self) -> Self = self.zip(b, |a, b| a / b);
+        fn min(self, b: Self) -> Self = self.zip(b, |a, b| if a < b { a } else { b });
+        fn max(self, b: Self) -> Self = self.zip(b, |a, b| if a > b { a } else { b });
+        fn mul_sub(self, b: Self, c: Self) -> Self = Self(std::array::from_fn(|i| fused(self.0[i], b.0[i], c.0[i])));
+        fn abs(self) -> Self = Self(self.0.map(f32::abs));
+        fn le(self, b: Self) -> u32 = self.test(b, |a, b| a <= b);
+        fn eq(self, b: Self) -> u32 = self.test(b, |a, b| a == b);
+        fn and(a: u32, b: u32) -> u32 = a & b;
+        fn or(a: u32, b: u32) -> u32 = a | b;
+        fn reduce_min(self) -> f32 = self.0.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+        fn reduce_max(self) -> f32 = self.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a });
+        fn to_bitmask(mask: u32) -> u32 = mask;
+        fn from_bitmask(bits: u32) -> u32 = bits;
+        fn select(mask: u32, a: Self, b: Self) -> Self =
+            Self(std::array::from_fn(|i| if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }));
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
@@ -38,74 +55,6 @@ impl<const N: usize> Vector for PortableVec<N> {
     unsafe fn store(self, to: *mut f32) {
         // SAFETY: the caller vouches for N writable floats.
         unsafe { to.cast::<[f32; N]>().write_unaligned(self.0) }
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self.zip(b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        self.zip(b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        self.zip(b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        self.zip(b, |a, b| a / b)
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        self.zip(b, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        self.zip(b, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        Self(std::array::from_fn(|i| fused(self.0[i], b.0[i], c.0[i])))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(self.0.map(f32::abs))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> u32 {
-        self.test(b, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> u32 {
-        self.test(b, |a, b| a == b)
-    }
-    #[inline(always)]
-    fn and(a: u32, b: u32) -> u32 {
-        a & b
-    }
-    #[inline(always)]
-    fn or(a: u32, b: u32) -> u32 {
-        a | b
-    }
-    #[inline(always)]
-    fn reduce_min(self) -> f32 {
-        self.0.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a })
-    }
-    #[inline(always)]
-    fn reduce_max(self) -> f32 {
-        self.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
-    }
-    #[inline(always)]
-    fn to_bitmask(mask: u32) -> u32 {
-        mask
-    }
-    #[inline(always)]
-    fn from_bitmask(bits: u32) -> u32 {
-        bits
-    }
-    #[inline(always)]
-    fn select(mask: u32, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }))
     }
 }
 
@@ -118,44 +67,20 @@ impl Isa for Portable {
     type LaneIndices = [u8; 16];
     type Permutation = [u8; 8];
 
-    #[inline(always)]
-    fn unpack_indices(packed: u64) -> [u8; 16] {
-        std::array::from_fn(|i| (packed >> (32 * (i % 2) + 4 * (i / 2))) as u8 & 15)
+    inlined! {
+        fn unpack_indices(packed: u64) -> [u8; 16] =
+            std::array::from_fn(|i| (packed >> (32 * (i % 2) + 4 * (i / 2))) as u8 & 15);
+        fn permute(table: PortableVec<16>, index: [u8; 16]) -> PortableVec<16> =
+            PortableVec(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]));
+        fn gather_lanes(table: PortableVec<16>, index: PortableVec<16>) -> PortableVec<16> =
+            Self::permute(table, index.0.map(|lane| lane.to_bits() as u8 & 15));
+        fn expand_bits(packed: u64) -> PortableVec<16> =
+            PortableVec(Self::unpack_indices(packed).map(|lane| f32::from_bits(u32::from(lane))));
+        fn add_u32_bits(bits: PortableVec<16>, by: u32) -> PortableVec<16> =
+            PortableVec(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))));
+        fn sort_descending(v: PortableVec<8>, mask: u32) -> [u8; 8] = sort_descending(&v.0, mask);
+        fn permute8(v: PortableVec<8>, order: [u8; 8]) -> PortableVec<8> = permute8(v, order);
     }
-    #[inline(always)]
-    fn permute(table: PortableVec<16>, index: [u8; 16]) -> PortableVec<16> {
-        PortableVec(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
-    }
-    #[inline(always)]
-    fn gather_lanes(table: PortableVec<16>, index: PortableVec<16>) -> PortableVec<16> {
-        Self::permute(table, index.0.map(|lane| lane.to_bits() as u8 & 15))
-    }
-    #[inline(always)]
-    fn expand_bits(packed: u64) -> PortableVec<16> {
-        PortableVec(Self::unpack_indices(packed).map(|lane| f32::from_bits(u32::from(lane))))
-    }
-    #[inline(always)]
-    fn add_u32_bits(bits: PortableVec<16>, by: u32) -> PortableVec<16> {
-        PortableVec(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))))
-    }
-    #[inline(always)]
-    fn compress(v: PortableVec<8>, mask: u32) -> PortableVec<8> {
-        permute8(v, COMPRESS[mask as usize & 255])
-    }
-    #[inline(always)]
-    fn sort_descending(v: PortableVec<8>, mask: u32) -> [u8; 8] {
-        sort_descending(&v.0, mask)
-    }
-    #[inline(always)]
-    fn permute8(v: PortableVec<8>, order: [u8; 8]) -> PortableVec<8> {
-        permute8(v, order)
-    }
-    #[inline(always)]
-    fn argmin(v: PortableVec<8>, mask: u32) -> usize {
-        argmin(&v.0, mask)
-    }
-    #[inline(always)]
-    fn prefetch(_at: *const u8) {}
 }
 
 /// `a * b - c`, rounded once, without an FMA instruction: float64 holds the product exactly, and its difference rounded

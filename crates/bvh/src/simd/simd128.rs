@@ -2,7 +2,7 @@
 
 use std::arch::wasm32::*;
 
-use super::{COMPRESS, Isa, Vector, argmin, lanes8, permute8, sort_descending};
+use super::{Isa, Vector, lanes8, permute8, sort_descending};
 use crate::simd::double_width::DoubleWidth;
 use crate::simd::portable::fused;
 
@@ -23,9 +23,21 @@ fn upper(v: v128) -> v128 {
 impl Vector for WasmVec4 {
     type Mask = v128;
 
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        Self(f32x4_splat(x))
+    inlined! {
+        fn splat(x: f32) -> Self = Self(f32x4_splat(x));
+        fn add(self, b: Self) -> Self = Self(f32x4_add(self.0, b.0));
+        fn sub(self, b: Self) -> Self = Self(f32x4_sub(self.0, b.0));
+        fn mul(self, b: Self) -> Self = Self(f32x4_mul(self.0, b.0));
+        fn div(self, b: Self) -> Self = Self(f32x4_div(self.0, b.0));
+        fn min(self, b: Self) -> Self = Self(f32x4_pmin(b.0, self.0));
+        fn max(self, b: Self) -> Self = Self(f32x4_pmax(b.0, self.0));
+        fn abs(self) -> Self = Self(f32x4_abs(self.0));
+        fn le(self, b: Self) -> v128 = f32x4_le(self.0, b.0);
+        fn eq(self, b: Self) -> v128 = f32x4_eq(self.0, b.0);
+        fn and(a: v128, b: v128) -> v128 = v128_and(a, b);
+        fn or(a: v128, b: v128) -> v128 = v128_or(a, b);
+        fn to_bitmask(mask: v128) -> u32 = u32::from(i32x4_bitmask(mask));
+        fn select(mask: v128, a: Self, b: Self) -> Self = Self(v128_bitselect(a.0, b.0, mask));
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
@@ -36,30 +48,6 @@ impl Vector for WasmVec4 {
     unsafe fn store(self, to: *mut f32) {
         // SAFETY: the caller vouches for 4 writable floats.
         unsafe { v128_store(to.cast(), self.0) }
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(f32x4_add(self.0, b.0))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(f32x4_sub(self.0, b.0))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(f32x4_mul(self.0, b.0))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(f32x4_div(self.0, b.0))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(f32x4_pmin(b.0, self.0))
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(f32x4_pmax(b.0, self.0))
     }
     /// Rounded to float64 and then to float32, which is once unless the float64 lies midway between two float32; these
     /// are rare and taken one by one.
@@ -81,26 +69,6 @@ impl Vector for WasmVec4 {
         Self(i64x2_shuffle::<0, 2>(low, high))
     }
     #[inline(always)]
-    fn abs(self) -> Self {
-        Self(f32x4_abs(self.0))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> v128 {
-        f32x4_le(self.0, b.0)
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> v128 {
-        f32x4_eq(self.0, b.0)
-    }
-    #[inline(always)]
-    fn and(a: v128, b: v128) -> v128 {
-        v128_and(a, b)
-    }
-    #[inline(always)]
-    fn or(a: v128, b: v128) -> v128 {
-        v128_or(a, b)
-    }
-    #[inline(always)]
     fn reduce_min(self) -> f32 {
         let two = self.min(Self(upper(self.0)));
         f32x4_extract_lane::<0>(two.min(Self(i32x4_shuffle::<1, 0, 3, 2>(two.0, two.0))).0)
@@ -111,17 +79,9 @@ impl Vector for WasmVec4 {
         f32x4_extract_lane::<0>(two.max(Self(i32x4_shuffle::<1, 0, 3, 2>(two.0, two.0))).0)
     }
     #[inline(always)]
-    fn to_bitmask(mask: v128) -> u32 {
-        u32::from(i32x4_bitmask(mask))
-    }
-    #[inline(always)]
     fn from_bitmask(bits: u32) -> v128 {
         let lanes = u32x4(1, 2, 4, 8);
         i32x4_eq(v128_and(u32x4_splat(bits), lanes), lanes)
-    }
-    #[inline(always)]
-    fn select(mask: v128, a: Self, b: Self) -> Self {
-        Self(v128_bitselect(a.0, b.0, mask))
     }
 }
 
@@ -190,24 +150,10 @@ impl Isa for Simd128 {
         let [a, b, c, d] = [a, b, c, d].map(|v| WasmVec4(u32x4_add(v.0, u32x4_splat(by))));
         DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d))
     }
-    #[inline(always)]
-    fn compress(v: WasmVec8, mask: u32) -> WasmVec8 {
-        permute8(v, COMPRESS[mask as usize & 255])
+    inlined! {
+        fn sort_descending(v: WasmVec8, mask: u32) -> [u8; 8] = sort_descending(&lanes8(v), mask);
+        fn permute8(v: WasmVec8, order: [u8; 8]) -> WasmVec8 = permute8(v, order);
     }
-    #[inline(always)]
-    fn sort_descending(v: WasmVec8, mask: u32) -> [u8; 8] {
-        sort_descending(&lanes8(v), mask)
-    }
-    #[inline(always)]
-    fn permute8(v: WasmVec8, order: [u8; 8]) -> WasmVec8 {
-        permute8(v, order)
-    }
-    #[inline(always)]
-    fn argmin(v: WasmVec8, mask: <WasmVec8 as Vector>::Mask) -> usize {
-        argmin(&lanes8(v), WasmVec8::to_bitmask(mask))
-    }
-    #[inline(always)]
-    fn prefetch(_at: *const u8) {}
 }
 
 /// The four bytes of each lane whose index, below 16, is in the low bits: four times the index, and 0 to 3 more.

@@ -10,14 +10,11 @@ use raycam_scene::PixelCenter;
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::multi_view::aria::camera_model;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"cam_K\"")
@@ -25,7 +22,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -76,7 +73,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.notices = unread.iter().map(|(key, count)| format!("{key} of {count} images is not read")).collect();
     if measured > 0 {
-        calibration.notices.push(format!("the file has no sizes: {measured} cameras have those of their pictures"));
+        calibration.note(format!("the file has no sizes: {measured} cameras have those of their pictures"));
     }
     Ok(calibration)
 }
@@ -88,7 +85,7 @@ fn millimetres(metres: f64) -> f64 {
     [near, near.next_up(), near.next_down()].into_iter().find(exact).unwrap_or(near)
 }
 
-pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let format = "BOP's scene_camera.json";
     let single = path.file_name().is_some_and(|name| name == "camera.json");
     if single {
@@ -121,7 +118,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
+fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
         return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use raycam_scene::LensModel;
 
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
+use crate::calibration::CameraRecord;
+use crate::error::{FormatError, Result};
 
 /// The contents of a file of cameras.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +16,12 @@ pub struct Calibration {
     pub notices: Vec<String>,
     /// True if the file has the poses of a body, and its reader has said what became of the mount.
     pub poses_of_body: bool,
+}
+
+impl Calibration {
+    pub(crate) fn note(&mut self, notice: impl Into<String>) {
+        self.notices.push(notice.into());
+    }
 }
 
 /// The direction and the camera axes of poses whose file does not state them.
@@ -58,7 +64,7 @@ impl OutputFiles {
 
 impl ReadHints {
     /// Fills in data that the file of a camera lacks, and checks the camera.
-    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<(), FormatError> {
+    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<()> {
         if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
             record.k = intrinsics.k;
             record.lens = intrinsics.lens.clone();

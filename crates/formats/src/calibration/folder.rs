@@ -4,9 +4,8 @@ use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
 use crate::calibration::document::zip_members;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// A folder, with the names in it in the order of the numbers in them: 2 before 10.
 pub(crate) struct Folder {
@@ -44,7 +43,7 @@ impl Folder {
     }
 
     /// A file in it, unpacked where it is a gzip file.
-    pub(crate) fn read(&self, name: &str, assets: &mut AssetRoot) -> Result<InputFile, FormatError> {
+    pub(crate) fn read(&self, name: &str, assets: &mut AssetRoot) -> Result<InputFile> {
         let packed = assets.read_reference(&self.path.join("any"), name)?;
         zip_members::unpacked(packed, &mut assets.budget)
     }

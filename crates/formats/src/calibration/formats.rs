@@ -4,26 +4,24 @@ use std::path::Path;
 
 use crate::budget::Budget;
 use crate::calibration::document::{unread, yaml, zip_members};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
 use crate::calibration::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
 use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, real_sense, vins, zed};
 use crate::calibration::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
 use crate::calibration::transforms::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
-use crate::calibration::{bop, colmap, kalibr, kitti, open_folder, opencv, plausibility, ros};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
-use crate::io::lexer;
+use crate::calibration::{
+    Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kalibr, kitti, open_folder, opencv,
+    plausibility, ros,
+};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile, lexer};
 
 type Detect = fn(&InputFile, &str) -> bool;
-type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
-type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles, FormatError>;
+type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
+type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles>;
 type DetectFolder = fn(&Folder, &mut AssetRoot) -> bool;
-type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
+type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
 
 /// A format of calibrations or poses.
 struct CalibrationFormat {
@@ -139,7 +137,7 @@ fn format_list() -> String {
     formats().collect::<Vec<_>>().join(", ")
 }
 
-fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
+fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
@@ -153,7 +151,7 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration, FormatError> {
+pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration> {
     let format = format.map(format_named).transpose()?;
     if path.is_dir() {
         return read_folder(path, format, known, budget);
@@ -168,7 +166,7 @@ fn read_folder(
     format: Option<&'static CalibrationFormat>,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let (folder, mut assets) = open_folder::open(path, budget);
     let wanted = |found: &CalibrationFormat| format.is_none_or(|format| format.name == found.name);
     let mut files = Vec::new();
@@ -221,7 +219,7 @@ fn read_only_file(
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let mut found = Vec::new();
     for file in open_folder::small_files(folder) {
         let (source, inside) = open_folder::read_file(&folder.path, &file, budget)?;
@@ -239,9 +237,7 @@ fn read_only_file(
             let (source, format, mut inside) = found.remove(0);
             let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
-            calibration
-                .notices
-                .push(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            calibration.note(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
             Ok(calibration)
         }
         several => {
@@ -278,7 +274,7 @@ pub fn decode(
     format: Option<&str>,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let mut assets = AssetRoot::containing(path, budget);
     assets.budget.take_bytes(path, bytes.len() as u64)?;
     let source = InputFile::new(path, bytes);
@@ -290,13 +286,11 @@ fn decode_in(
     format: Option<&'static CalibrationFormat>,
     known: &ReadHints,
     assets: &mut AssetRoot,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     source = zip_members::unpacked(source, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
-    let Some(format) = format.or_else(|| detected(&source)) else {
-        return Err(unknown_file(&source));
-    };
+    let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
     let calibration = (format.read)(&source, assets, known);
     calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
         FormatError::Syntax { path, location, message } if !named => {
@@ -361,7 +355,7 @@ fn finish(
     format: &CalibrationFormat,
     path: &Path,
     known: &ReadHints,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     if calibration.records.is_empty() {
         let said = calibration.notices.join("; ");
         let said = if said.is_empty() { said } else { format!(" ({said})") };
@@ -378,10 +372,9 @@ fn finish(
         && calibration.records.iter().any(|record| record.k.is_none() && record.matrix.is_none())
         && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
     {
-        calibration.notices.push(
+        calibration.note(
             "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
-             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)"
-                .into(),
+             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
         );
     }
     calibration.notices.extend(lend_size(&mut calibration.records, known));
@@ -399,7 +392,7 @@ fn finish(
 ///
 /// # Errors
 /// [`FormatError::Encode`] names what the format cannot hold.
-pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles, FormatError> {
+pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
     let format = format_named(format)?;
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));

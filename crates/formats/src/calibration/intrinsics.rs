@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
+use crate::calibration::CameraRecord;
+use crate::error::{FormatError, Result};
 
 /// K without skew.
 pub(crate) fn pinhole_matrix([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
@@ -61,7 +61,7 @@ pub(crate) fn middle_of(size: [u32; 2], center: PixelCenter) -> [f64; 2] {
 }
 
 /// The size that only the caller knows.
-pub(crate) fn require_known_size(size: Option<[u32; 2]>, path: &Path, format: &str) -> Result<[u32; 2], FormatError> {
+pub(crate) fn require_known_size(size: Option<[u32; 2]>, path: &Path, format: &str) -> Result<[u32; 2]> {
     size.ok_or_else(|| {
         FormatError::whole(
             path,

@@ -13,13 +13,10 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows34, quoted};
 use crate::calibration::document::yaml;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::{on_a_body, one_rig, poses_on_one_rig};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 const KEYS: [&str; 10] = [
     "camera_model",
@@ -38,7 +35,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("cam0:") && text.contains("camera_model")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -47,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         root.entries()?.into_iter().partition(|(name, at)| is_camera(name) || at.get("camera_model").is_some());
     for (name, at) in others {
         at.refuse_lens(name)?;
-        calibration.notices.push(format!("{name} (line {}) is not read", at.node.line));
+        calibration.note(format!("{name} (line {}) is not read", at.node.line));
     }
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
@@ -101,7 +98,7 @@ fn is_camera(name: &str) -> bool {
 }
 
 /// K and the lens.
-fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
+fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
     let model = camera.require("camera_model")?;
     let values = camera.require("intrinsics")?;
     let distortion = camera.get("distortion_model").map_or(Ok("none"), |at| at.word())?;
@@ -141,7 +138,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
     Ok((Some(k), lens))
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Kalibr's camchain";
     let mut text = String::new();
     let mut notices = Vec::new();

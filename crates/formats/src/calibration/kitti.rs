@@ -12,13 +12,10 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
 use crate::calibration::document::rigid;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::{one_rig, poses_on_one_rig};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     data_lines(text).any(|(_, line)| ["P0:", "P2:", "P_rect_00:", "K_00:"].iter().any(|key| line.starts_with(key)))
@@ -28,7 +25,7 @@ pub(crate) fn detect_poses(_: &InputFile, text: &str) -> bool {
     looks_like(text, 12)
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
@@ -67,7 +64,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             let m: [f64; 12] = numbers(path, line, values)?;
             // The object development kit leaves matrices of cameras that are not there at 0.
             if m == [0.0; 12] {
-                calibration.notices.push(format!("{key} (line {line}) is 0 and left out"));
+                calibration.note(format!("{key} (line {line}) is 0 and left out"));
                 continue;
             }
             let mut record = CameraRecord::new(key, PixelCenter::Integer);
@@ -77,7 +74,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             }
             calibration.records.push(record);
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
-            calibration.notices.push(format!("{key} (line {line}) is no camera and not read"));
+            calibration.note(format!("{key} (line {line}) is no camera and not read"));
         }
     }
     // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.
@@ -96,10 +93,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>, FormatError> {
-    let Some(&(_, line, values)) = row else {
-        return Ok(None);
-    };
+fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>> {
+    let Some(&(_, line, values)) = row else { return Ok(None) };
     let size: [f64; 2] = numbers(path, line, values)?;
     if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
         return Err(FormatError::line(path, line, "expected columns and rows"));
@@ -107,7 +102,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     Ok(Some(size.map(|v| v as u32)))
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     if records.len() > 10 {
         return Err(FormatError::Encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
@@ -152,7 +147,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for (i, (line, row)) in data_lines(source.text()?).enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
@@ -163,7 +158,7 @@ pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     Ok(calibration)
 }
 
-pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();

@@ -30,6 +30,7 @@ mod trajectory;
 mod transforms;
 
 pub use self::files::{Calibration, OutputFiles, PoseConvention, ReadHints};
+pub(crate) use self::folder::Folder;
 pub use self::formats::{decode, formats, read, write, written_formats};
 pub use self::pose::{Pose, Rotation};
 pub use self::record::CameraRecord;

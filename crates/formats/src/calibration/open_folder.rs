@@ -3,12 +3,10 @@
 use std::path::{Component, Path, PathBuf};
 
 use crate::budget::Budget;
+use crate::calibration::Folder;
 use crate::calibration::document::zip_members;
-use crate::calibration::folder::Folder;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
-use crate::io::lexer;
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile, lexer};
 
 /// Files that are a calibration of a whole folder by their name; the first of a line alone counts.
 const FILES: [&[&str]; 29] = [
@@ -110,7 +108,7 @@ fn has_known_ending(path: &Path) -> bool {
 }
 
 /// A file of a folder, with the assets that it may name.
-pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(InputFile, AssetRoot), FormatError> {
+pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(InputFile, AssetRoot)> {
     let root = match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(folder),
         _ => folder,

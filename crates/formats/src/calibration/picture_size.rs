@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 /// Bytes in which the header of a picture is searched: as a rule the first, else all, because thumbnails and colour
 /// profiles may stand before it.

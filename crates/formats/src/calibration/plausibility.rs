@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec2;
 use raycam_scene::Lens;
 
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
+use crate::calibration::CameraRecord;
+use crate::error::{FormatError, Result};
 
 /// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.
 const SAME_RATIO: f64 = 0.04;
@@ -19,7 +19,7 @@ const GRID: u32 = 12;
 ///
 /// # Errors
 /// [`FormatError::Syntax`] for K in units of the picture's size.
-pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>, FormatError> {
+pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {

@@ -136,9 +136,7 @@ impl Pose {
     /// Replaces a matrix that differs from a rotation by 1e-6 to 1e-3 by the nearest rotation, and returns the
     /// difference.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
-        let Rotation::Matrix(matrix) = self.rotation else {
-            return None;
-        };
+        let Rotation::Matrix(matrix) = self.rotation else { return None };
         let off = |m: DMat3| {
             let e = m * m.transpose() - DMat3::IDENTITY;
             e.to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()))

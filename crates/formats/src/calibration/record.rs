@@ -4,12 +4,12 @@ use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
-use crate::calibration::pose::Pose;
+use crate::calibration::Pose;
 use crate::calibration::rig_mount::RigMount;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// A camera as a file has it, before it becomes a [`Camera`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraRecord {
     /// The name, unique in a file.
     pub name: String,
@@ -40,20 +40,7 @@ pub struct CameraRecord {
 impl CameraRecord {
     /// A pinhole of no size, at the origin.
     pub fn new(name: impl Into<String>, pixel_center: PixelCenter) -> Self {
-        Self {
-            name: name.into(),
-            size: None,
-            k: None,
-            lens: Lens::Pinhole,
-            pixel_center,
-            pose: None,
-            matrix: None,
-            time: None,
-            image: None,
-            depth_scale: None,
-            mount: None,
-            unsupported: vec![],
-        }
+        Self { name: name.into(), pixel_center, ..Self::default() }
     }
 
     /// The record of a camera. A camera with parallel rays has neither K nor a place: its record has the matrix alone.
@@ -80,7 +67,7 @@ impl CameraRecord {
     /// # Errors
     /// [`FormatError::Encode`] where size or intrinsics are missing, and [`FormatError::Scene`] for a camera that cannot
     /// be.
-    pub fn camera(&self) -> Result<Camera, FormatError> {
+    pub fn camera(&self) -> Result<Camera> {
         let size = self.require_size("a camera")?;
         if let (Some(matrix), None) = (self.matrix, &self.pose) {
             return Ok(Camera::from_matrix(matrix, size, self.pixel_center)?);
@@ -96,7 +83,7 @@ impl CameraRecord {
     }
 
     /// Its pose, from the matrix where it has only that.
-    pub(crate) fn require_pose(&self) -> Result<Pose, FormatError> {
+    pub(crate) fn require_pose(&self) -> Result<Pose> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),
             (None, Some(matrix)) => {
@@ -107,7 +94,7 @@ impl CameraRecord {
         }
     }
 
-    pub(crate) fn require_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
+    pub(crate) fn require_size(&self, what: &str) -> Result<[u32; 2]> {
         self.size.ok_or_else(|| {
             FormatError::Encode(format!(
                 "camera {:?}: its file does not say how large its picture is, which {what} needs: give it (--size \
@@ -119,7 +106,7 @@ impl CameraRecord {
     }
 
     /// K, from the matrix where it has only that.
-    pub(crate) fn require_k(&self, what: &str) -> Result<DMat3, FormatError> {
+    pub(crate) fn require_k(&self, what: &str) -> Result<DMat3> {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
@@ -132,7 +119,7 @@ impl CameraRecord {
     }
 
     /// The camera of a matrix, whose rays come from a point.
-    fn with_a_center(&self, matrix: [[f64; 4]; 3]) -> Result<Camera, FormatError> {
+    fn with_a_center(&self, matrix: [[f64; 4]; 3]) -> Result<Camera> {
         let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
         match camera.center() {
             Center::Point => Ok(camera),
@@ -144,7 +131,7 @@ impl CameraRecord {
     }
 
     /// K with the pixel centres that a format has.
-    pub(crate) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3, FormatError> {
+    pub(crate) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3> {
         let mut k = self.require_k(format)?;
         let shift = center.offset() - self.pixel_center.offset();
         if shift != 0.0 {
@@ -155,7 +142,7 @@ impl CameraRecord {
     }
 
     /// fx, fy, cx, cy of a format that has no skew.
-    pub(crate) fn focals_with(&self, center: PixelCenter, format: &str) -> Result<[f64; 4], FormatError> {
+    pub(crate) fn focals_with(&self, center: PixelCenter, format: &str) -> Result<[f64; 4]> {
         let k = self.k_with(center, format)?;
         if k.y_axis.x != 0.0 {
             return Err(self.unsupported_error(format, &format!("skew (K[0, 1] = {})", k.y_axis.x)));
@@ -169,7 +156,7 @@ impl CameraRecord {
     }
 
     /// Refuses a record with a lens.
-    pub(crate) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
+    pub(crate) fn require_pinhole(&self, format: &str) -> Result<()> {
         match self.lens.coefficients() {
             None => Ok(()),
             Some((model, coefficients)) => {

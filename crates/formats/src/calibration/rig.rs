@@ -1,9 +1,8 @@
 //! Rigs of cameras from files with one rig, and back.
 
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig_mount::RigMount;
-use crate::error::FormatError;
+use crate::calibration::{CameraRecord, Pose};
+use crate::error::{FormatError, Result};
 
 /// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
@@ -33,15 +32,9 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
 ///
 /// # Errors
 /// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
-pub(crate) fn poses_on_one_rig(
-    records: &[CameraRecord],
-    format: &str,
-    notices: &mut Vec<String>,
-) -> Result<Vec<Pose>, FormatError> {
+pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<String>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
-    let Some(mounts) = mounts else {
-        return records.iter().map(CameraRecord::require_pose).collect();
-    };
+    let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
     let first = mounts[0];
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {

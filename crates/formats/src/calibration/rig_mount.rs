@@ -1,6 +1,6 @@
 //! The mount of a camera on a rig.
 
-use crate::calibration::pose::Pose;
+use crate::calibration::Pose;
 
 /// The mount of a camera on a rig, at one pose of the rig.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,14 +10,10 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::{Cursor, DocumentNode, check_rotation, ini, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, Pose, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 const KEYS: [&str; 24] = [
     "image_width",
@@ -83,7 +79,7 @@ pub(crate) fn detect_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 /// The raw cameras of a rectified pair, in the axes of the rectified left one: P has the baseline, R the turns.
-pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let names = pair_of(folder).ok_or_else(|| FormatError::unsupported(&folder.path, "expected left and right"))?;
     let mut sides = Vec::new();
     for name in &names {
@@ -98,7 +94,7 @@ pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) 
 }
 
 /// The documents of the cameras in a file.
-fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>, FormatError> {
+fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     let text = source.text()?;
     match ini::detect(text) {
         true => ini::cameras(text, &source.path),
@@ -107,7 +103,7 @@ fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>, FormatError> {
 }
 
 /// The cameras of a left and a right file.
-fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration, FormatError> {
+fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for ((source, node), side) in sides.iter().zip(["left", "right"]) {
         let root = Cursor::root(node, &source.path);
@@ -126,19 +122,18 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration, FormatErro
         calibration.records.push(record);
         for notice in found.notices {
             if !notice.starts_with("rectification_matrix") && !calibration.notices.contains(&notice) {
-                calibration.notices.push(notice);
+                calibration.note(notice);
             }
         }
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(
-        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)"
-            .into(),
+    calibration.note(
+        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)",
     );
     Ok(calibration)
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let found = cameras(source)?;
     if let [left, right] = &found[..] {
         // `ost.txt` of a stereo calibration.
@@ -154,7 +149,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// The camera of a document.
-fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration, FormatError> {
+fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
     let mut notices = root.unknown_keys(&KEYS)?;
     let name = root
@@ -194,7 +189,7 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration, FormatEr
 }
 
 /// Applies `roi` and `binning_x`, `binning_y` to K and the size.
-fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result<(), FormatError> {
+fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result<()> {
     let count = |at: &Cursor<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
     if let Some(roi) = root.get("roi") {
         let [x, y, width, height] =
@@ -217,7 +212,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
     Ok(())
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let [record] = records else {
         return Err(FormatError::Encode(format!(
             "ROS CameraInfo holds one camera, {} given: write each into a file of its own",

@@ -8,7 +8,7 @@ use draco_core::geometry_indices::PointIndex;
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::catch_panic::catch_decoder_panic;
 
 /// A decoded mesh.
@@ -60,7 +60,7 @@ pub enum ComponentType {
 /// When the bytes are not a Draco mesh of version 2.2 or are damaged, an attribute is of a type that glTF cannot have,
 /// or the mesh is larger than what is left of the budget or than the stream can honestly say: a byte describes at most
 /// eight triangles.
-pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh, FormatError> {
+pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh> {
     let fault = |message: String| FormatError::whole(path, format!("Draco compression: {message}"));
     match bytes {
         [b'D', b'R', b'A', b'C', b'O', 2, 2, 1, ..] => {}
@@ -80,8 +80,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     let mut mesh = Mesh::new();
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
     catch_decoder_panic(path, || {
-        let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
-        decoded.map_err(|error| fault(error.to_string()))
+        MeshDecoder::new().decode(&mut buffer, &mut mesh).map_err(|error| fault(error.to_string()))
     })?;
 
     let count = mesh.num_points();
@@ -113,9 +112,7 @@ fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attri
         DataType::Int32 => ComponentType::I32,
         DataType::Uint32 => ComponentType::U32,
         DataType::Float32 => ComponentType::F32,
-        other => {
-            return Err(format!("attribute {id} is of {other:?}, which glTF has not"));
-        }
+        other => return Err(format!("attribute {id} is of {other:?}, which glTF has not")),
     };
     let data = attribute.buffer().data();
     let stride = usize::try_from(attribute.byte_stride()).unwrap_or(0);

@@ -10,7 +10,7 @@ use half::f16;
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, PixelCenter};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// One channel of a frame: an EXR layer.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ impl LayerSamples<'_> {
 
 /// The EXR channel names of a layer: `color` is R, G, B, A without prefix, so that every viewer shows it; `albedo.R`, `depth.Z`,
 /// `distance.Z`; ids `instance.id`; other single values `coverage.V`; two are U and V, more are X, Y, Z, W.
-pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
+pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
         ("color" | "albedo" | "shadow", 1..=4, _) => &["R", "G", "B", "A"],
@@ -90,7 +90,7 @@ pub fn encode(
     layers: &[Layer<'_>],
     camera: Option<&Camera>,
     notes: &[(&str, &str)],
-) -> Result<Vec<u8>, FormatError> {
+) -> Result<Vec<u8>> {
     let [columns, rows] = size.map(|side| side as usize);
     if columns == 0 || rows == 0 || layers.is_empty() {
         return Err(FormatError::Encode(format!(
@@ -131,7 +131,7 @@ pub fn encode(
 }
 
 /// The channels of all layers, in the order of their names.
-fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<AnyChannel<FlatSamples>>, FormatError> {
+fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<AnyChannel<FlatSamples>>> {
     let mut channels = Vec::new();
     for layer in layers {
         let expected = columns.checked_mul(rows).and_then(|n| n.checked_mul(layer.components));
@@ -168,16 +168,10 @@ fn sort_header(file: &mut [u8]) {
     let mut at = START;
     while file.get(at).is_some_and(|&first| first != 0) {
         let after_zero = |from: usize| file[from..].iter().position(|&b| b == 0).map(|n| from + n + 1);
-        let Some(length_at) = after_zero(at).and_then(after_zero) else {
-            return;
-        };
-        let Some(length) = file[length_at..].first_chunk() else {
-            return;
-        };
+        let Some(length_at) = after_zero(at).and_then(after_zero) else { return };
+        let Some(length) = file[length_at..].first_chunk() else { return };
         let end = length_at + 4 + u32::from_le_bytes(*length) as usize;
-        let Some(attribute) = file.get(at..end) else {
-            return;
-        };
+        let Some(attribute) = file.get(at..end) else { return };
         attributes.push(attribute.to_vec());
         at = end;
     }
@@ -227,7 +221,7 @@ fn string_attribute(value: &str) -> AttributeValue {
     AttributeValue::Text(Text::from_bytes_unchecked(value.bytes().collect()))
 }
 
-fn text(name: &str) -> Result<Text, FormatError> {
+fn text(name: &str) -> Result<Text> {
     let printable = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
     let text = if printable { Text::new_or_none(name) } else { None };
     text.ok_or_else(|| FormatError::Encode(format!("EXR: {name:?} cannot be a name: expected printable ASCII")))

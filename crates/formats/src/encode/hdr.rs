@@ -3,7 +3,7 @@
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// A Radiance HDR file of `size` (columns, rows) of linear RGB, row-major from the top left: a shared exponent and eight
 /// bits a channel (Ward, "Real Pixels", Graphics Gems II, 1991), so within one part in 128 of the largest channel.
@@ -11,7 +11,7 @@ use crate::error::FormatError;
 /// # Errors
 /// When the number of values is not columns x rows x 3, a side is 0, or a value is negative, infinite or NaN: the format
 /// has none of these.
-pub fn encode(size: [u32; 2], rgb: &[f32]) -> Result<Vec<u8>, FormatError> {
+pub fn encode(size: [u32; 2], rgb: &[f32]) -> Result<Vec<u8>> {
     let [columns, rows] = size.map(|side| side as usize);
     let count = rgb.len();
     if count == 0 || columns.checked_mul(rows).and_then(|n| n.checked_mul(3)) != Some(count) {

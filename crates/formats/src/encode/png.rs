@@ -1,6 +1,6 @@
 //! PNG out (W3C PNG, third edition), always marked as sRGB.
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The samples of an image, row-major from the top left, channels together.
 #[derive(Clone, Copy, Debug)]
@@ -18,15 +18,13 @@ pub enum Samples<'a> {
 ///
 /// # Errors
 /// When the number of samples is not columns x rows x channels, a side is 0, or `channels` is none of these.
-pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<Vec<u8>, FormatError> {
+pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<Vec<u8>> {
     let color = match channels {
         1 => png::ColorType::Grayscale,
         2 => png::ColorType::GrayscaleAlpha,
         3 => png::ColorType::Rgb,
         4 => png::ColorType::Rgba,
-        _ => {
-            return Err(FormatError::Encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4")));
-        }
+        _ => return Err(FormatError::Encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4"))),
     };
     let (count, depth, bytes);
     let big_endian: Vec<u8>;

@@ -34,9 +34,7 @@ pub(crate) fn hide_below_images(mesh: &mut Mesh, textured: &[bool]) -> usize {
     if let Some(colors) = &mut mesh.face_colors {
         colors.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden).for_each(|(color, _)| *color = WHITE);
     }
-    let Some(mut colors) = mesh.vertex_colors.take() else {
-        return count;
-    };
+    let Some(mut colors) = mesh.vertex_colors.take() else { return count };
     let mut others = vec![false; mesh.vertices.len()];
     for (triangle, _) in mesh.triangles.iter().zip(&hidden).filter(|(_, hidden)| !**hidden) {
         triangle.iter().for_each(|&vertex| others[vertex as usize] = true);

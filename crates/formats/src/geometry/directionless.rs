@@ -6,9 +6,7 @@ use raycam_scene::Mesh;
 /// Gives vertices whose normal is zero the mean normal of their triangles, weighted by area; returns how many of them
 /// triangles use.
 pub(crate) fn fill_normals(mesh: &mut Mesh) -> usize {
-    let Some(normals) = mesh.normals.as_mut().filter(|normals| normals.contains(&[0.0; 3])) else {
-        return 0;
-    };
+    let Some(normals) = mesh.normals.as_mut().filter(|normals| normals.contains(&[0.0; 3])) else { return 0 };
     let mut sums = vec![None; normals.len()];
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize]);

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::ear_clipping;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
 
@@ -171,7 +171,7 @@ impl Polygons {
         budget: &mut Budget,
         position: impl Fn(Corner) -> DVec3,
         mut triangle: impl FnMut(usize, [Corner; 3]),
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let corners = self.start(range.end) - self.start(range.start);
         budget.take_elements(path, corners as u64)?;
         let before = budget.steps;

@@ -14,23 +14,21 @@ pub(crate) mod world;
 mod writer;
 use raycam_scene::{Up, World};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::document::container::Container;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::world::builder::{Builder, ImportedMeshes, ImportedTextures};
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, Diagnostics, InputFile};
 
 pub(crate) use crate::gltf::document::container::head;
 pub use writer::write;
 
 /// The world in a glTF file.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let path = &source.path;
-    let (mut diagnostics, mut allowance) = (Diagnostics::default(), MemoryAllowance::default());
+    let (mut diagnostics, allowance) = (Diagnostics::default(), MemoryAllowance::default());
     let container = Container::open(source, &mut diagnostics)?;
     allowance.grant(source.len());
     // Each object of the document takes memory, however short it is.
@@ -40,13 +38,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, 
     let root = container.document(&source.bytes, path)?;
     allowance.charge(path, "materials", root.materials.len() as u64, 1536)?;
     document::extensions::check(&root, path, &mut diagnostics)?;
-    let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &mut allowance)?;
-    let document = Document { path, source, root, resources };
+    let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &allowance)?;
+    let document = Document { path, source, root, resources, allowance };
     let mut builder = Builder {
         document: &document,
         assets,
         diagnostics,
-        allowance,
         world: World { up: Up::Y, emission_keeps_default_lights: true, ..World::default() },
         textures: ImportedTextures::default(),
         meshes: ImportedMeshes::default(),

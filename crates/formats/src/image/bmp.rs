@@ -7,10 +7,10 @@ use std::io::Cursor;
 use ::image::codecs::bmp::BmpDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = BmpDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {

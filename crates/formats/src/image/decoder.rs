@@ -10,7 +10,7 @@ use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Image, Texels};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Use of an image. It decides how integers are read; images of floats are linear for any use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Decoder<'_> {
     /// Charges the pixels of an image before they are decoded, and refuses an image that unpacks to more than its
     /// format is trusted with and 4096 times its file. True if it unpacks to more than 32 MiB and 16 times its file:
     /// then the file is checked to its end before anything is allocated, where the format allows that.
-    pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool, FormatError> {
+    pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
             return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
@@ -117,8 +117,8 @@ impl Decoder<'_> {
 pub(crate) fn decode_checked(
     file: &mut Decoder<'_>,
     decoder: impl ImageDecoder,
-    check_complete: impl FnOnce(&Decoder<'_>) -> Result<(), FormatError>,
-) -> Result<Image, FormatError> {
+    check_complete: impl FnOnce(&Decoder<'_>) -> Result<()>,
+) -> Result<Image> {
     let texel = texel_bytes(&decoder);
     file.take_pixels(decoder.dimensions().into(), texel)?;
     check_complete(file)?;
@@ -135,11 +135,7 @@ pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
 }
 
 /// The decoded image, whose pixels have been taken from the budget.
-pub(crate) fn decode_pixels(
-    file: &mut Decoder<'_>,
-    mut decoder: impl ImageDecoder,
-    texel: u64,
-) -> Result<Image, FormatError> {
+pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder, texel: u64) -> Result<Image> {
     let size = decoder.dimensions().into();
     if let Ok(Some(profile)) = decoder.icc_profile()
         // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.

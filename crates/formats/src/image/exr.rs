@@ -10,11 +10,11 @@ use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::image::decoder::Decoder;
 
 /// The largest level of the first part that has colours, or is grey; alpha from A, else 1.
-pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
     let headers = headers.map_err(|e| decoder_error(file, e))?.headers;
     let (part, grey) = shown_part(file, &headers)?;
@@ -42,7 +42,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 
 /// The first part with channels R, G and B, or else the first that is grey and the name of its channel: Y, or the only
 /// one beside alpha, as depth maps and masks have it.
-fn shown_part<'a>(file: &mut Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, Option<String>), FormatError> {
+fn shown_part<'a>(file: &mut Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, Option<String>)> {
     let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     let flat = || headers.iter().filter(|header| !header.deep);
     if let Some(part) = flat().find(|header| ["R", "G", "B"].iter().all(|name| has(header, name))) {
@@ -93,14 +93,13 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, grey: Option<&str>) -> Result
 
 /// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
 /// allocate what they say. With `whole`, each block is unpacked, and none is kept.
-fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<(), FormatError> {
+fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<()> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
     if let BlockDescription::Tiles(tiles) = part.blocks {
         let Vec2(columns, rows) = tiles.tile_size;
         if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
-            let message = format!("tiles of {columns} x {rows} pixels in a picture of {pixels}");
-            return Err(file.fault(message));
+            return Err(file.fault(format!("tiles of {columns} x {rows} pixels in a picture of {pixels}")));
         }
     }
     let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));
@@ -122,15 +121,14 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
             check_sizes(file, part, &chunk.compressed_block, most)?;
         }
         if whole {
-            let block = UncompressedBlock::decompress_chunk(chunk, &meta, false);
-            block.map_err(|e| decoder_error(file, e))?;
+            UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(|e| decoder_error(file, e))?;
         }
     }
     Ok(())
 }
 
 /// Refuses a DWA block that declares more bytes than `most`.
-fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most: u64) -> Result<(), FormatError> {
+fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most: u64) -> Result<()> {
     let place = part.get_block_data_indices(block);
     let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
     let place = place.map_err(|e| decoder_error(file, e))?;
@@ -146,8 +144,7 @@ fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most:
     // Its version, then nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-        let message = format!("a DWA block that declares {size} bytes, at most {most} are possible");
-        return Err(file.fault(message));
+        return Err(file.fault(format!("a DWA block that declares {size} bytes, at most {most} are possible")));
     }
     Ok(())
 }

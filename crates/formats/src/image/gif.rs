@@ -8,7 +8,7 @@ use ::image::ImageDecoder;
 use ::image::codecs::gif::GifDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 /// The byte that introduces a frame, and the one that ends the file.
@@ -16,7 +16,7 @@ const FRAME: u8 = b',';
 const END: u8 = b';';
 const EXTENSION: u8 = b'!';
 
-pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = GifDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|error| decoder_error(file, error))?;
     let (frames, first) = count_frames(file.bytes).unzip();

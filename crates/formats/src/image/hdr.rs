@@ -5,10 +5,10 @@ use std::io::Read;
 use ::image::codecs::hdr::HdrDecoder;
 use raycam_scene::{Image, Texels};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     // The other signature means the same.
     let rest = file.bytes.strip_prefix(b"#?RGBE");
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
@@ -25,8 +25,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let metadata = decoder.metadata();
     for (key, value) in &metadata.custom_attributes {
         if key == "FORMAT" && value != "32-bit_rle_rgbe" {
-            let message = format!("an HDR image in {value}, expected 32-bit_rle_rgbe");
-            return Err(file.unsupported(message));
+            return Err(file.unsupported(format!("an HDR image in {value}, expected 32-bit_rle_rgbe")));
         }
     }
     for (key, value) in &metadata.custom_attributes {
@@ -37,8 +36,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The factor of all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        let message = format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
-        file.fault(message)
+        file.fault(format!("an EXPOSURE of {exposure}, expected what all values were multiplied by"))
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(fault(file));
@@ -183,9 +181,7 @@ impl Orientation {
 
     /// The picture, of which `image` has the scanlines as rows.
     fn reorient(&self, image: Image) -> Image {
-        let Texels::Float(from) = &image.texels else {
-            return image;
-        };
+        let Texels::Float(from) = &image.texels else { return image };
         let [pixels, scanlines] = image.size;
         let (columns, rows) = match self.columns {
             true => (scanlines, pixels),

@@ -7,7 +7,7 @@ use half::f16;
 use raycam_scene::{Image, Texels};
 use ruzstd::decoding::StreamingDecoder;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{ColorUse, Decoder, grouped};
 
 pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -55,7 +55,7 @@ struct Ktx2Header {
     premultiplied: bool,
 }
 
-pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let header = read_header(file)?;
     let [columns, rows] = header.size.map(u64::from);
     let (texel, expected) = match header.format {
@@ -73,8 +73,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     };
     let check = file.take_pixels(header.size, texel)?;
     if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
-        let message = format!("a level of {} bytes, expected {expected}", header.unpacked);
-        return Err(file.fault(message));
+        return Err(file.fault(format!("a level of {} bytes, expected {expected}", header.unpacked)));
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
@@ -123,7 +122,7 @@ impl FileBytes<'_> {
     }
 
     /// Start and end of a part of the file, which `what` names in errors.
-    fn part(self, file: &Decoder<'_>, what: &str, start: u64, length: u64) -> Result<(usize, usize), FormatError> {
+    fn part(self, file: &Decoder<'_>, what: &str, start: u64, length: u64) -> Result<(usize, usize)> {
         let end = start.checked_add(length);
         match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
@@ -136,7 +135,7 @@ impl FileBytes<'_> {
 }
 
 /// Reads and checks the header, the level index and the data format descriptor.
-fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
+fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     if file.bytes.len() < HEADER_BYTES {
         return Err(file.fault("ends within its header"));
     }
@@ -185,7 +184,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
 }
 
 /// The format of the levels by Vulkan's format, the colour model of the descriptor and the supercompression.
-fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> Result<LevelFormat, FormatError> {
+fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> Result<LevelFormat> {
     let format = match (vk_format, model) {
         (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
         (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
@@ -198,15 +197,12 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
     };
     match (scheme, &format) {
         (1, LevelFormat::Basis(_)) | (0 | 2, _) => Ok(format),
-        _ => {
-            let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
-            Err(file.unsupported(message))
-        }
+        _ => Err(file.unsupported(format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard"))),
     }
 }
 
 /// Refuses textures that would have to be rotated or to change their channels: keys with other values than glTF allows.
-fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
+fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;
         let Some(entry) = rest.get(..length) else {
@@ -246,7 +242,7 @@ fn plain_format(vk_format: u32) -> Option<LevelFormat> {
 }
 
 /// Undoes Zstandard, never for more than what was declared and paid for; with `check`, once before anything is kept.
-fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result<Vec<u8>, FormatError> {
+fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result<Vec<u8>> {
     fn write(packed: &[u8], most: u64, to: &mut impl Write) -> Result<u64, String> {
         let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
         io::copy(&mut decoder.take(most), to).map_err(|e| e.to_string())
@@ -262,21 +258,13 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
     });
     match written {
         Ok(written) if written == length => Ok(unpacked),
-        Ok(_) => {
-            let message = format!("Zstandard: not the {length} bytes that the level index tells");
-            Err(file.fault(message))
-        }
+        Ok(_) => Err(file.fault(format!("Zstandard: not the {length} bytes that the level index tells"))),
         Err(message) => Err(file.fault(format!("Zstandard: {message}"))),
     }
 }
 
 /// Decodes Basis Universal's blocks.
-fn transcode(
-    file: &Decoder<'_>,
-    header: &Ktx2Header,
-    source: SourceFormat,
-    level: &[u8],
-) -> Result<Vec<[u8; 4]>, FormatError> {
+fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, level: &[u8]) -> Result<Vec<[u8; 4]>> {
     // UASTC is handed over as a file of this level alone, no longer packed; ETC1S shares its code books.
     let alone;
     let bytes = if source == SourceFormat::Etc1s {

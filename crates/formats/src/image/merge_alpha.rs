@@ -7,15 +7,11 @@ use std::sync::Arc;
 use raycam_scene::{Image, Texels, Texture};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::Result;
 
 /// An image of these colours, or white, with the opacity of another image: its alpha, where it has any, or else its
 /// luminance. The smaller image is resampled to the size of the larger.
-pub(crate) fn merge_alpha(
-    color: Option<&Texture>,
-    opacity: &Texture,
-    budget: &mut Budget,
-) -> Result<Image, FormatError> {
+pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &mut Budget) -> Result<Image> {
     let sizes = [Some(opacity), color].into_iter().flatten();
     let sizes = sizes.map(|texture| texture.image.size);
     let pixels = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
@@ -56,7 +52,7 @@ pub(crate) fn merge_alpha(
 }
 
 /// The same texture with its texels in memory.
-fn loaded(texture: &Texture) -> Result<Texture, FormatError> {
+fn loaded(texture: &Texture) -> Result<Texture> {
     let Texture { image, sampler } = texture;
     let image = match image.texels.in_memory()? {
         Cow::Borrowed(_) => image.clone(),

@@ -20,12 +20,10 @@ use std::path::Path;
 use raycam_scene::Image;
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES, MAX_UNBACKED_BYTES_STREAMED};
-use crate::io::asset_root::AssetRoot;
 use crate::io::catch_panic::catch_decoder_panic;
-use crate::io::file_kind;
-use crate::io::stand_in;
+use crate::io::{AssetRoot, file_kind, stand_in};
 
 pub use crate::image::decoder::ColorUse;
 
@@ -34,7 +32,7 @@ struct ImageFormat {
     /// How its files begin.
     magic: fn(&[u8]) -> bool,
     trusted: u64,
-    decode: fn(&mut Decoder<'_>) -> Result<Image, FormatError>,
+    decode: fn(&mut Decoder<'_>) -> Result<Image>,
 }
 
 /// Every kind.
@@ -76,7 +74,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<String>), FormatError> {
+pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<String>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     let mut notices = Vec::new();
     let mut budget = *budget;
@@ -102,7 +100,7 @@ pub fn decode_image(
     color_use: ColorUse,
     budget: &mut Budget,
     notices: &mut Vec<String>,
-) -> Result<Image, FormatError> {
+) -> Result<Image> {
     stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
         let known = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";

@@ -5,7 +5,7 @@ use std::path::Path;
 use raycam_scene::{Image, Texels, Texture, Wrap};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::Result;
 
 /// The normals of a surface as high as `heights` is bright: white lies as far above black as a texel is wide. Red is
 /// to the right, green upwards.
@@ -13,7 +13,7 @@ use crate::error::FormatError;
 /// Source: Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal leans against the slopes, which are
 /// differences of the neighbours on both sides. MTL gives heights no unit; a texel is that of other tools that make normals
 /// of heights (DirectXTex, `ComputeNormalMap`, with an amplitude of 1).
-pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Result<Image, FormatError> {
+pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Result<Image> {
     let Image { name, size, .. } = &*heights.image;
     let [columns, rows] = size.map(|side| side as usize);
     budget.take_pixels(Path::new(name), (columns * rows) as u64)?;
@@ -40,7 +40,7 @@ pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Res
 }
 
 /// True for a height map: all channels of every texel are equal, as they are in no normal map.
-pub(crate) fn is_height_map(texels: &Texels) -> Result<bool, FormatError> {
+pub(crate) fn is_height_map(texels: &Texels) -> Result<bool> {
     Ok(match &*texels.in_memory()? {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),

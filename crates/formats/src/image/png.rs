@@ -7,10 +7,10 @@ use ::image::error::DecodingError;
 use ::image::{ImageDecoder, ImageError, ImageFormat, Limits};
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
 
-pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     // Bytes that chunks other than the pixels may unpack to.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
@@ -31,7 +31,7 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 }
 
 /// Reads a PNG's rows and keeps none.
-fn read_rows(file: &Decoder<'_>) -> Result<(), FormatError> {
+fn read_rows(file: &Decoder<'_>) -> Result<()> {
     let fault = |error: ::png::DecodingError| {
         let error = DecodingError::new(ImageFormat::Png.into(), error);
         decoder_error(file, ImageError::Decoding(error))
@@ -43,9 +43,7 @@ fn read_rows(file: &Decoder<'_>) -> Result<(), FormatError> {
 
 /// The gamma of a PNG where it is not sRGB's, and whether its primaries are others; `image` does not tell.
 fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool) {
-    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else {
-        return (None, false);
-    };
+    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false) };
     let gamma = reader.info().gamma().map(|gamma| gamma.into_value());
     let gamma = gamma.filter(|gamma| (gamma - 1.0 / 2.2).abs() > 0.01);
     let primaries = reader.info().chromaticities().is_some_and(|found| {

@@ -6,14 +6,11 @@ use std::sync::Arc;
 use raycam_scene::{Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
 use crate::image::udim;
-use crate::io::asset_root::AssetRoot;
-use crate::io::companion;
-use crate::io::input_file::InputFile;
-use crate::io::reference;
+use crate::io::{AssetRoot, InputFile, companion, reference};
 
 /// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
 ///
@@ -21,7 +18,7 @@ use crate::io::reference;
 ///
 /// # Errors
 /// See [`decode_image`].
-pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>), FormatError> {
+pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     decode_texture(source.bytes, path, budget)
 }
@@ -30,7 +27,7 @@ pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String
 ///
 /// # Errors
 /// See [`decode_image`].
-pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>), FormatError> {
+pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>)> {
     let source = InputFile::new(path, bytes);
     let mut notices = Vec::new();
     let texture = decode(&source, [Wrap::Repeat; 2], ColorUse::Color, &mut budget.clone(), &mut notices)?;
@@ -45,7 +42,7 @@ pub(crate) fn decode(
     color_use: ColorUse,
     budget: &mut Budget,
     notices: &mut Vec<String>,
-) -> Result<Texture, FormatError> {
+) -> Result<Texture> {
     let InputFile { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
     Ok(Texture { image: Arc::new(image), sampler: TextureSampler { wrap, ..TextureSampler::default() } })
@@ -59,7 +56,7 @@ pub(crate) fn optional_texture(
     color_use: ColorUse,
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Option<Texture>, FormatError> {
+) -> Result<Option<Texture>> {
     let name = match udim::single_image(from, &reference::with_slashes(name), assets) {
         Ok(name) => name,
         Err(reason) => {
@@ -67,9 +64,7 @@ pub(crate) fn optional_texture(
             return Ok(None);
         }
     };
-    let Some(source) = companion::optional_file(from, &name, assets, notices)? else {
-        return Ok(None);
-    };
+    let Some(source) = companion::optional_file(from, &name, assets, notices)? else { return Ok(None) };
     notices.extend(udim::notice(from, &name, assets));
     match decode(&source, [wrap; 2], color_use, &mut assets.budget, notices) {
         Ok(texture) => {

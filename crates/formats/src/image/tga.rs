@@ -7,14 +7,12 @@ use std::io::Cursor;
 use ::image::codecs::tga::TgaDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 /// True if the bytes can be the header of a TGA file: the format has no magic number, and its footer is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
-    let Some(head) = bytes.first_chunk::<18>() else {
-        return false;
-    };
+    let Some(head) = bytes.first_chunk::<18>() else { return false };
     let [map, kind, depth, descriptor] = [head[1], head[2], head[16], head[17]];
     let [columns, rows] = [&head[12..14], &head[14..16]].map(|side| side != [0, 0]);
     let kind_fits = match kind {
@@ -26,7 +24,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
     kind_fits && columns && rows && descriptor & 0xc0 == 0
 }
 
-pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = TgaDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {

@@ -8,7 +8,7 @@ use ::image::codecs::tiff::TiffDecoder;
 use ::image::{ImageDecoder, Limits};
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
 
 /// True for both byte orders, and for the 64-bit form of the format.
@@ -16,7 +16,7 @@ pub(super) fn is_tiff(bytes: &[u8]) -> bool {
     [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| bytes.starts_with(magic))
 }
 
-pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = TiffDecoder::new(Cursor::new(file.bytes));
     let mut decoder = decoder.map_err(|error| decoder_error(file, error))?;
     let texel = texel_bytes(&decoder);

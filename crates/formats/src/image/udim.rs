@@ -4,8 +4,7 @@
 
 use std::path::Path;
 
-use crate::io::asset_root::AssetRoot;
-use crate::io::reference;
+use crate::io::{AssetRoot, reference};
 
 /// The words that stand for the number of a tile.
 const WORDS: [&[u8]; 2] = [b"<UDIM>", b"<udim>"];
@@ -14,9 +13,7 @@ const FIRST: &[u8] = b"1001";
 /// The name of an image, or of the only tile of one; the reason, where it has several tiles.
 pub(crate) fn single_image(from: &Path, name: &[u8], assets: &AssetRoot) -> Result<Vec<u8>, String> {
     let word = WORDS.into_iter().find_map(|word| Some((position_of(name, word)?, word.len())));
-    let Some((at, length)) = word else {
-        return Ok(name.into());
-    };
+    let Some((at, length)) = word else { return Ok(name.into()) };
     let tiles = tiles_from(from, name, at, length, 1001, assets);
     match &tiles[..] {
         [] => Err(format!("{:?}: no tile (UDIM) from 1001 to 1099 is there", reference::shown(name))),

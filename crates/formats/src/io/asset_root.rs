@@ -10,13 +10,9 @@ use std::sync::Arc;
 use raycam_scene::{Image, TextureCache, World};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
-use crate::io::byte_source;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
 use crate::io::memory_files::MemoryFiles;
-use crate::io::parallel;
-use crate::io::reference;
-use crate::io::stand_in;
+use crate::io::{InputFile, byte_source, parallel, reference, stand_in};
 
 /// A folder with the rest of the budget: names in files lead only to regular files inside, also through symbolic links.
 ///
@@ -98,7 +94,7 @@ impl AssetRoot {
     ///
     /// # Errors
     /// Those of [`World::page_textures`].
-    pub fn finish_world(&mut self, world: &mut World) -> Result<(), FormatError> {
+    pub fn finish_world(&mut self, world: &mut World) -> Result<()> {
         world.notices.extend(self.drain_notices());
         world.texture_cache = self.texture_memory.clone();
         Ok(world.page_textures()?)
@@ -127,25 +123,17 @@ impl AssetRoot {
     }
 
     /// The bytes of a file asked for by its path.
-    pub(crate) fn read(&mut self, path: &Path) -> Result<InputFile, FormatError> {
+    pub(crate) fn read(&mut self, path: &Path) -> Result<InputFile> {
         self.read_head(path, |_, _| None)
     }
 
     /// The same; of a large file only the first bytes, as many as `head` returns for the file and its size.
-    pub(crate) fn read_head(
-        &mut self,
-        path: &Path,
-        head: impl Fn(&File, u64) -> Option<u64>,
-    ) -> Result<InputFile, FormatError> {
+    pub(crate) fn read_head(&mut self, path: &Path, head: impl Fn(&File, u64) -> Option<u64>) -> Result<InputFile> {
         self.read_bytes(path, path, head)
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn read_reference(
-        &mut self,
-        from: &Path,
-        reference: impl AsRef<[u8]>,
-    ) -> Result<InputFile, FormatError> {
+    pub(crate) fn read_reference(&mut self, from: &Path, reference: impl AsRef<[u8]>) -> Result<InputFile> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         self.read_bytes(&real, &shown, |_, _| None)
     }
@@ -156,7 +144,7 @@ impl AssetRoot {
         from: &Path,
         reference: impl AsRef<[u8]>,
         limit: u64,
-    ) -> Result<Vec<u8>, FormatError> {
+    ) -> Result<Vec<u8>> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         if let Some(files) = &self.memory {
             let bytes = files.bytes_of(&real).unwrap_or_default();
@@ -187,7 +175,7 @@ impl AssetRoot {
     }
 
     /// The path without links of the file that a name in the file `from` leads to, and its path for errors.
-    fn locate(&self, from: &Path, name: &[u8]) -> Result<(PathBuf, PathBuf), FormatError> {
+    fn locate(&self, from: &Path, name: &[u8]) -> Result<(PathBuf, PathBuf)> {
         let refused = |message: &str| FormatError::Reference {
             reference: reference::shown(name).into_owned(),
             message: message.into(),
@@ -206,7 +194,7 @@ impl AssetRoot {
 
     /// The folders, as absolute paths, that names in a file start from: its own, and that of the file it is a link to.
     /// With an empty path, those of the file that the user named.
-    fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>, FormatError> {
+    fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>> {
         let from = if from.as_os_str().is_empty() { &self.named } else { from };
         let folder = match from.parent() {
             None => &self.root,
@@ -316,12 +304,7 @@ impl AssetRoot {
     }
 
     /// Reads `path`, called `shown` in errors.
-    fn read_bytes(
-        &mut self,
-        path: &Path,
-        shown: &Path,
-        head: impl Fn(&File, u64) -> Option<u64>,
-    ) -> Result<InputFile, FormatError> {
+    fn read_bytes(&mut self, path: &Path, shown: &Path, head: impl Fn(&File, u64) -> Option<u64>) -> Result<InputFile> {
         if let Some(bytes) = self.memory.as_ref().and_then(|files| files.bytes_of(path)) {
             self.budget.take_bytes(shown, bytes.len() as u64)?;
             stand_in::check(shown, bytes)?;
@@ -332,8 +315,7 @@ impl AssetRoot {
         // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
-            let message = "a device, pipe or socket, expected a regular file";
-            return Err(kind(io::ErrorKind::InvalidInput, message));
+            return Err(kind(io::ErrorKind::InvalidInput, "a device, pipe or socket, expected a regular file"));
         }
         let mut file = File::open(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
@@ -371,8 +353,8 @@ impl AssetRoot {
     pub(crate) fn read_asset<T>(
         &mut self,
         file: &str,
-        read: impl FnOnce(InputFile, &mut Self) -> Result<T, FormatError>,
-    ) -> Result<T, FormatError> {
+        read: impl FnOnce(InputFile, &mut Self) -> Result<T>,
+    ) -> Result<T> {
         match self.read_reference(Path::new(""), file) {
             Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
                 let path = self.display_path(Path::new(file));
@@ -388,7 +370,7 @@ impl AssetRoot {
     }
 
     /// Stores an image in the texture cache, if the budget bounds the memory of images.
-    pub(crate) fn store_texture(&self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
+    pub(crate) fn store_texture(&self, image: Arc<Image>) -> Result<Arc<Image>> {
         match &self.texture_memory {
             Some(memory) => Ok(memory.insert(image)?),
             None => Ok(image),

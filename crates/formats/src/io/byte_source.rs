@@ -122,8 +122,7 @@ pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
 
 /// The error of a file that is longer or shorter than before.
 pub(crate) fn file_changed_error() -> io::Error {
-    let message = "changed its size while it was read";
-    io::Error::new(io::ErrorKind::InvalidData, message)
+    io::Error::new(io::ErrorKind::InvalidData, "changed its size while it was read")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 thread_local! {
     static IN_DECODER: Cell<bool> = const { Cell::new(false) };
@@ -14,10 +14,7 @@ thread_local! {
 /// Runs a decoder of a library, and returns its panic as an error of a damaged file, without a message on the terminal.
 ///
 /// Nothing that `decode` changes may be used after an error: it may have stopped halfway.
-pub(crate) fn catch_decoder_panic<T>(
-    path: &Path,
-    decode: impl FnOnce() -> Result<T, FormatError>,
-) -> Result<T, FormatError> {
+pub(crate) fn catch_decoder_panic<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let before = panic::take_hook();

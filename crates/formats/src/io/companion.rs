@@ -10,10 +10,8 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
-use crate::io::reference;
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile, reference};
 
 /// Folders in which images lie by custom, from the folder of a mesh: those of exporters, and of Gazebo's models.
 const USUAL_FOLDERS: [&str; 9] = [
@@ -34,7 +32,7 @@ pub(crate) fn optional_file(
     name: &[u8],
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Option<InputFile>, FormatError> {
+) -> Result<Option<InputFile>> {
     match companion_file(from, name, assets, notices) {
         Err(error) if can_be_left_out(&error) => {
             notices.push(format!("{}: left out: {error}", from.display()));
@@ -60,7 +58,7 @@ pub(crate) fn companion_file(
     name: &[u8],
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<InputFile, FormatError> {
+) -> Result<InputFile> {
     let written = reference::with_slashes(name);
     let error = match assets.read_reference(from, &written) {
         Err(error @ (FormatError::Io { .. } | FormatError::Reference { .. })) => error,
@@ -75,9 +73,7 @@ pub(crate) fn companion_file(
     if !assets.may_search() {
         return Err(error);
     }
-    let Some((found, how)) = search(from, &bare.unwrap_or(written), assets) else {
-        return Err(error);
-    };
+    let Some((found, how)) = search(from, &bare.unwrap_or(written), assets) else { return Err(error) };
     let file = assets.read_reference(from, &found)?;
     notices.push(format!(
         "{}: {:?} is not there; {} is used, {how}",

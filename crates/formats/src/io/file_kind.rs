@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// A kind of file.
 struct FileKind {
@@ -71,7 +71,7 @@ pub(crate) fn described(bytes: &[u8]) -> Option<String> {
 }
 
 /// Refuses a model whose first bytes are those of another kind than the ending of its name says, in small letters.
-pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<(), FormatError> {
+pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()> {
     // A binary STL file begins with 80 bytes of any kind.
     let facets = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
     if ending == "stl" && facets.is_some_and(|facets| facets > 0 && bytes.len() as u64 >= 84 + 50 * u64::from(facets)) {

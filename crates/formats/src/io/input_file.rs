@@ -4,8 +4,8 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::error::{FormatError, Result};
+use crate::io::ByteSource;
 
 /// A file in memory, or the beginning of one.
 #[derive(Debug)]
@@ -39,14 +39,13 @@ impl InputFile {
     }
 
     /// The text of the file.
-    pub(crate) fn text(&self) -> Result<&str, FormatError> {
+    pub(crate) fn text(&self) -> Result<&str> {
         std::str::from_utf8(&self.bytes)
             .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
     }
 
     /// The name of the file without its last extension.
     pub(crate) fn stem(&self) -> Option<String> {
-        let stem = self.path.file_stem()?;
-        Some(stem.to_string_lossy().into_owned())
+        Some(self.path.file_stem()?.to_string_lossy().into_owned())
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Bytes at the start of a file that are looked at.
 const HEAD_BYTES: usize = 512;
@@ -25,7 +25,7 @@ const SERVER_ERROR: &str = "the error message of a server, not the file: downloa
 const HTML_PAGE: &str = "an HTML page, not the file: download the file itself";
 
 /// Refuses the bytes of a file that stand for another file, or that are none at all.
-pub fn check(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
+pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
     reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, reason)))
 }
 

@@ -6,18 +6,17 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{Mesh, MeshFile, MeshPart};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::geometry::polygons::Polygons;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
-use crate::io::asset_root::AssetRoot;
-use crate::io::lexer;
+use crate::io::{AssetRoot, lexer};
 use crate::obj::chunk::RunRange;
 use crate::obj::materials::Materials;
 use crate::obj::parse::Obj;
 use crate::obj::vertex_colors;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
-pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;
     let mut model = MeshFile { notices: std::mem::take(&mut obj.notices), ..MeshFile::default() };
@@ -63,7 +62,7 @@ fn build_part(
     assets: &mut AssetRoot,
     vertices: &mut VertexDeduper,
     materials: &Materials,
-) -> Result<MeshPart, FormatError> {
+) -> Result<MeshPart> {
     let used = used_positions(obj, runs);
     let begin = |vertices: &mut VertexDeduper, positions: usize| {
         vertices.clear();
@@ -137,7 +136,7 @@ fn cut_polygons(
     assets: &mut AssetRoot,
     materials: &Materials,
     mut vertex_of: impl FnMut(Corner) -> u32,
-) -> Result<CutPolygons, FormatError> {
+) -> Result<CutPolygons> {
     let Obj { positions, normals, polygons, .. } = obj;
     let mut cut = CutPolygons {
         triangles: Vec::with_capacity(runs.iter().map(|run| run.polygons.len()).sum()),
@@ -187,10 +186,7 @@ fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bo
         mesh.uvs = Some(corners.iter().map(uv).collect());
     }
     if has_normals {
-        let normal = |c: &Corner| {
-            let normal = obj.normals.get(c.normal as usize).copied();
-            normal.unwrap_or([0.0, 0.0, 1.0])
-        };
+        let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0, 0.0, 1.0]);
         mesh.normals = Some(corners.iter().map(normal).collect());
     }
     if !obj.colors.is_empty() {
@@ -211,9 +207,7 @@ fn smooth(
     let first = normals.len();
     let mut sums: Vec<DVec3> = Vec::new();
     for RunRange { run, polygons: range } in runs {
-        let Some(group) = run.smoothing.filter(|&group| group > 0) else {
-            continue;
-        };
+        let Some(group) = run.smoothing.filter(|&group| group > 0) else { continue };
         for polygon in range.clone() {
             let range = polygons.range(polygon);
             let corners: Vec<Corner> = polygons.get(polygon).collect();

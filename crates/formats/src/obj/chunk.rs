@@ -8,7 +8,7 @@ use raycam_scene::color::{Rgb, linear_from_srgb};
 use crate::error::Location;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::ignored::IgnoredStatements;
 
@@ -23,6 +23,7 @@ pub(crate) struct TextChunk<'a> {
 pub(crate) type LineError = (usize, String);
 
 /// The statements of a piece of text. Lines are numbered as in the file; all indices begin at 0 with the piece.
+#[derive(Default)]
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
     /// Linear, as long as `positions` once one has a colour; white where it has none. A value outside 0..=1 is as in the
@@ -138,29 +139,7 @@ pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "norm
 impl Chunk {
     /// Reads a piece up to its end or its first error.
     pub(crate) fn read(stretch: &TextChunk<'_>) -> Self {
-        let mut chunk = Self {
-            positions: Vec::new(),
-            colors: Vec::new(),
-            polypaint: Vec::new(),
-            uvs: Vec::new(),
-            normals: Vec::new(),
-            polygons: Polygons::default(),
-            relative: Vec::new(),
-            runs: vec![StateRun::default()],
-            materials: Vec::new(),
-            parts: Vec::new(),
-            groups: Vec::new(),
-            libraries: Vec::new(),
-            colored: 0,
-            odd_color_line: None,
-            color_bounds: ColorBounds::default(),
-            max_index: [(0, 0); 3],
-            degenerate: DegenerateFaces::default(),
-            ignored: IgnoredStatements::default(),
-            odd: Diagnostics::default(),
-            cut_line: None,
-            error: None,
-        };
+        let mut chunk = Self { runs: vec![StateRun::default()], ..Self::default() };
         chunk.error = chunk.lines(stretch).err();
         chunk
     }
@@ -312,10 +291,7 @@ impl Chunk {
                 }
                 self.colored += 1;
             }
-            _ => {
-                let message = format!("v has {count} numbers, expected 3, or 6 with a colour");
-                return Err((line, message));
-            }
+            _ => return Err((line, format!("v has {count} numbers, expected 3, or 6 with a colour"))),
         }
         // Faces on a vertex that is not finite are left out.
         self.positions.push(DVec3::new(x, y, z));
@@ -406,9 +382,7 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
 /// True if the last line of a text, which has no line end, has fewer words than the line of the same kind before it.
 fn is_cut(text: &[u8]) -> bool {
     let mut lines = text.rsplit(|&byte| byte == b'\n' || byte == b'\r').filter(|line| !lexer::trim(line).is_empty());
-    let (Some(last), Some(before)) = (lines.next(), lines.next()) else {
-        return false;
-    };
+    let (Some(last), Some(before)) = (lines.next(), lines.next()) else { return false };
     let same = lexer::split_word(last).0 == lexer::split_word(before).0;
     same && Words(last).count() < Words(before).count()
 }
@@ -425,9 +399,7 @@ pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
             let before = if rest[at] == b'\n' && rest[at - 1] == b'\r' { 2 } else { 1 };
             end && rest[at - before] != b'\\'
         };
-        let Some(end) = (size..rest.len()).find(is_end) else {
-            break;
-        };
+        let Some(end) = (size..rest.len()).find(is_end) else { break };
         let (stretch, after) = rest.split_at(end + 1);
         stretches.push(stretch);
         rest = after;

@@ -3,11 +3,8 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::{FormatError, Location};
-use crate::io::asset_root::AssetRoot;
-use crate::io::companion;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::reference;
+use crate::error::{Location, Result};
+use crate::io::{AssetRoot, Diagnostics, companion, reference};
 use crate::obj::mtl::{self, MtlMaterial};
 use crate::obj::parse::Obj;
 
@@ -29,12 +26,7 @@ fn similar_name(name: &[u8]) -> Vec<u8> {
 
 impl Library {
     /// Reads the libraries that an OBJ file names, or where it has none, the one of the file's own name beside it.
-    pub(crate) fn read(
-        obj: &Obj,
-        path: &Path,
-        assets: &mut AssetRoot,
-        notices: &mut Vec<String>,
-    ) -> Result<Self, FormatError> {
+    pub(crate) fn read(obj: &Obj, path: &Path, assets: &mut AssetRoot, notices: &mut Vec<String>) -> Result<Self> {
         let mut library = Self::default();
         let mut count = 0;
         for name in &obj.libraries {
@@ -62,7 +54,7 @@ impl Library {
     }
 
     /// Adds the materials of a file; one that cannot be read is left out with a notice.
-    fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<(), FormatError> {
+    fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<()> {
         let materials = match mtl::parse(path, bytes, notices) {
             Err(error) if companion::can_be_left_out(&error) => {
                 notices.push(format!("{}: left out: {error}", path.display()));

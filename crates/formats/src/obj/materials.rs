@@ -6,13 +6,11 @@ use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
-use crate::io::asset_root::AssetRoot;
-use crate::io::lexer;
-use crate::io::reference;
+use crate::io::{AssetRoot, lexer, reference};
 use crate::obj::chunk::RunRange;
 use crate::obj::library::Library;
 use crate::obj::mtl::MtlMaterial;
@@ -34,7 +32,7 @@ impl Materials {
         path: &Path,
         assets: &mut AssetRoot,
         model: &mut MeshFile,
-    ) -> Result<Self, FormatError> {
+    ) -> Result<Self> {
         let library = Library::read(obj, path, assets, &mut model.notices)?;
         let unnamed = match runs.iter().all(|range| range.run.material.is_none()) {
             true => library.only(path, &mut model.notices),
@@ -105,7 +103,7 @@ fn slots(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Vec<(MapRole, TextureSlot, f32)>, FormatError> {
+) -> Result<Vec<(MapRole, TextureSlot, f32)>> {
     let mut slots = Vec::new();
     let last = |role| material.maps.iter().rev().find(|map| map.role == role);
     let color = last(MapRole::Color);
@@ -132,9 +130,7 @@ fn slots(
             Some(own) => with_alpha(library, color, own, known, assets, model)?,
             None => image(library, map, known, assets, model)?,
         };
-        let Some(texture) = texture else {
-            continue;
-        };
+        let Some(texture) = texture else { continue };
         let slot = TextureSlot { image_from_mesh: map.image_from_mesh, ..TextureSlot::plain(texture) };
         slots.push((map.role, slot, map.strength));
         if cut.is_some() {
@@ -151,7 +147,7 @@ fn image(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Option<usize>, FormatError> {
+) -> Result<Option<usize>> {
     let used = match map.role {
         MapRole::Color | MapRole::Emission | MapRole::Opacity => ImageUse::Color,
         MapRole::Normal => ImageUse::Normals,
@@ -194,7 +190,7 @@ fn with_alpha(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Option<usize>, FormatError> {
+) -> Result<Option<usize>> {
     let file = color.map_or(Vec::new(), |map| map.file.clone());
     let key = (file, Some(opacity.file.clone()), opacity.clamp, ImageUse::Color);
     if let Some(known) = known.get(&key) {

@@ -15,15 +15,14 @@ pub(crate) mod parse;
 pub(crate) mod vertex_colors;
 use raycam_scene::MeshFile;
 
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Bytes that are read at a time; the same for any number of threads, though nothing depends on it.
 const CHUNK_BYTES: usize = 1 << 18;
 
 /// The model in an OBJ file, with the materials and textures it names.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let obj = parse::parse(&source.path, &source.bytes, CHUNK_BYTES)?;
     build::build(obj, &source.path, assets)
 }

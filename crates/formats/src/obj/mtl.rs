@@ -11,8 +11,8 @@ use std::path::Path;
 use raycam_scene::color::Rgb;
 use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot};
 
-use crate::error::{FormatError, Location};
-use crate::io::diagnostics::Diagnostics;
+use crate::error::{FormatError, Location, Result};
+use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::mtl_map::{self, MapRole, MtlMap};
 
@@ -166,7 +166,7 @@ impl MtlMaterial {
 }
 
 /// The materials of an MTL file, in its order. Odd values are clamped or ignored, with a notice for each kind.
-pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<MtlMaterial>, FormatError> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
     let mut odd = Diagnostics::default();

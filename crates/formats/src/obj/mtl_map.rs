@@ -4,12 +4,10 @@ use std::path::Path;
 
 use raycam_scene::{Texture, Wrap};
 
-use crate::error::{FormatError, Location};
+use crate::error::{Location, Result};
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::lexer;
+use crate::io::{AssetRoot, Diagnostics, lexer};
 
 /// Use of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -66,7 +64,7 @@ impl MtlMap {
         color_use: ColorUse,
         assets: &mut AssetRoot,
         notices: &mut Vec<String>,
-    ) -> Result<Option<Texture>, FormatError> {
+    ) -> Result<Option<Texture>> {
         let wrap = if self.clamp { Wrap::Clamp } else { Wrap::Repeat };
         texture::optional_texture(library, &self.file, wrap, color_use, assets, notices)
     }
@@ -129,9 +127,7 @@ fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
         let (option, after) = lexer::split_word(rest);
         let name = option.to_ascii_lowercase();
         // A file name may begin with a dash.
-        let Some((least, most)) = value_counts(&name) else {
-            break;
-        };
+        let Some((least, most)) = value_counts(&name) else { break };
         let (values, after) = option_values(after, least, most, leaves_name);
         let text = lexer::trim(&rest[..rest.len() - after.len()]);
         let has_values = values.len() >= least;

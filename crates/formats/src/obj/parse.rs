@@ -6,11 +6,9 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
-use crate::io::diagnostics::Diagnostics;
-use crate::io::lexer;
-use crate::io::parallel;
+use crate::io::{Diagnostics, lexer, parallel};
 use crate::obj::chunk::{Chunk, ColorBounds, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
 use crate::obj::ignored::IgnoredStatements;
 
@@ -41,7 +39,7 @@ pub(crate) struct Obj {
 }
 
 /// Reads a file in pieces of about `size` bytes, in parallel.
-pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj> {
     let text = lexer::plain_text(bytes);
     let texts = split_chunks(&text, size);
     let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
@@ -55,8 +53,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, Forma
     let chunks = parallel::par_map(&pieces, Chunk::read);
     builder.reserve(&chunks);
     for chunk in chunks {
-        let added = builder.append_chunk(chunk);
-        added.map_err(|(line, message)| FormatError::line(path, line, message))?;
+        builder.append_chunk(chunk).map_err(|(line, message)| FormatError::line(path, line, message))?;
     }
     builder.finish(path)
 }
@@ -90,8 +87,7 @@ impl ObjBuilder {
 
     /// Appends the next piece, or returns its first error.
     fn append_chunk(&mut self, mut chunk: Chunk) -> Result<(), LineError> {
-        let error = chunk.error.take();
-        let mut errors: Vec<LineError> = error.into_iter().collect();
+        let mut errors: Vec<LineError> = chunk.error.take().into_iter().collect();
         errors.extend(self.resolve(&mut chunk).err());
         errors.extend(self.ignored.append(std::mem::take(&mut chunk.ignored)).err());
         let names = self.names(&mut chunk);
@@ -144,8 +140,7 @@ impl ObjBuilder {
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
                 let (name, value) = (INDEX_NAMES[kind], relative.value);
-                let message = format!("f: {name} {value}, but only {count} came before");
-                return Err((relative.line, message));
+                return Err((relative.line, format!("f: {name} {value}, but only {count} came before")));
             };
             chunk.polygons.edit_corner(relative.corner, |corner| match kind {
                 0 => corner.position = index,
@@ -191,7 +186,7 @@ impl ObjBuilder {
         Ok(())
     }
 
-    fn finish(self, path: &Path) -> Result<Obj, FormatError> {
+    fn finish(self, path: &Path) -> Result<Obj> {
         let mut obj = self.obj;
         let shown = path.display();
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];

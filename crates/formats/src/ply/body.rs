@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::error::{FormatError, Result};
+use crate::io::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
 use crate::ply::scalar::ScalarType;
 
@@ -28,7 +28,7 @@ enum RowSource<'a> {
 }
 
 /// All bytes of a file, which are read where they are not in memory yet.
-fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8], FormatError> {
+fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8]> {
     if let ByteSource::Disk { .. } = bytes {
         let read = bytes.borrowed().read().map_err(|source| FormatError::Io { path: path.into(), source })?;
         *bytes = ByteSource::Memory(read.into_owned().into());
@@ -73,12 +73,10 @@ impl<'a> Body<'a> {
     }
 
     /// Begins a row.
-    pub(crate) fn row(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn row(&mut self) -> Result<()> {
         if let RowSource::Text { lines, words, header, line, .. } = &mut self.source {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
-            let Some((number, text)) = next else {
-                return Err(self.truncated());
-            };
+            let Some((number, text)) = next else { return Err(self.truncated()) };
             *line = *header + number;
             *words = Words(text);
         }
@@ -96,7 +94,7 @@ impl<'a> Body<'a> {
     }
 
     /// The next value of the row. All kinds fit a float64.
-    pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64, FormatError> {
+    pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64> {
         match &mut self.source {
             RowSource::Text { words, .. } => {
                 let Some(word) = words.next() else {
@@ -120,14 +118,12 @@ impl<'a> Body<'a> {
     }
 
     /// The next values of the row.
-    pub(crate) fn values(&mut self, kind: ScalarType, count: usize, values: &mut Vec<f64>) -> Result<(), FormatError> {
+    pub(crate) fn values(&mut self, kind: ScalarType, count: usize, values: &mut Vec<f64>) -> Result<()> {
         if let RowSource::Binary { bytes, at, big_endian } = &mut self.source {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
             let bytes = in_memory(self.path, bytes)?;
-            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
-                return Err(self.truncated());
-            };
+            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else { return Err(self.truncated()) };
             *at += found.len();
             let numbers = found.chunks_exact(size);
             values.extend(numbers.map(|number| kind.number(number, *big_endian)));
@@ -141,9 +137,7 @@ impl<'a> Body<'a> {
 
     /// The next bytes of a binary file, if there are `count`, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
-        let RowSource::Binary { bytes, at, big_endian } = &self.source else {
-            return None;
-        };
+        let RowSource::Binary { bytes, at, big_endian } = &self.source else { return None };
         let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
         Some((bytes.borrowed().part(*at..end), *big_endian))
     }
@@ -164,7 +158,7 @@ impl<'a> Body<'a> {
     }
 
     /// The length of a list.
-    pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize, FormatError> {
+    pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a length alone takes no memory.
         if length < 0.0 { Err(self.error(format!("a list of {length} items"))) } else { Ok(length as usize) }

@@ -2,7 +2,7 @@
 
 use raycam_scene::color::{Rgb, linear_from_srgb8};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::ply::body::Body;
 use crate::ply::color_scale::PlyColors;
 use crate::ply::header::{self, Element};
@@ -98,7 +98,7 @@ impl<'a> Columns<'a> {
         self.roles.iter().copied()
     }
 
-    pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
+    pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<()> {
         row.corners.clear();
         row.uvs.clear();
         row.unused.clear();

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::error::{FormatError, Result};
+use crate::io::ByteSource;
 use crate::io::lexer::{self, Words};
 use crate::ply::body::Body;
 use crate::ply::scalar::ScalarType;
@@ -34,17 +34,11 @@ pub(crate) struct Header {
 }
 
 /// Reads the header of a file from its first bytes, which are all of them where the file is text.
-pub(crate) fn parse<'a>(
-    path: &'a Path,
-    bytes: &'a [u8],
-    file: ByteSource<'a>,
-) -> Result<(Header, Body<'a>), FormatError> {
+pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -> Result<(Header, Body<'a>)> {
     let mut parser = HeaderParser { path, line: 0, elements: Vec::new(), textures: Vec::new(), encoding: None };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
-    let Some(encoding) = parser.encoding else {
-        return Err(parser.error("no format line before end_header"));
-    };
+    let Some(encoding) = parser.encoding else { return Err(parser.error("no format line before end_header")) };
     let body = match encoding {
         Encoding::Ascii => Body::text(path, &bytes[at..], line),
         Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
@@ -64,7 +58,7 @@ enum Encoding {
 
 impl Header {
     /// Refuses elements with more rows than `after` bytes can hold.
-    fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<(), FormatError> {
+    fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<()> {
         for Element { name, count, properties } in &self.elements {
             // At least a digit and a space or line end for each value of a text.
             let row: usize = match encoding {
@@ -98,7 +92,7 @@ impl HeaderParser<'_> {
     }
 
     /// Reads up to `end_header`, and returns the offset of the byte after that line.
-    fn lines(&mut self, bytes: &[u8]) -> Result<usize, FormatError> {
+    fn lines(&mut self, bytes: &[u8]) -> Result<usize> {
         // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
         let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
         let mut at = 0;
@@ -115,16 +109,14 @@ impl HeaderParser<'_> {
             let (key, rest) = lexer::split_word(text.strip_suffix(b"\r").unwrap_or(text));
             match key {
                 b"ply" if self.line == 1 => {}
-                _ if self.line == 1 => {
-                    return Err(self.error("not a PLY file: the first line is not \"ply\""));
-                }
+                _ if self.line == 1 => return Err(self.error("not a PLY file: the first line is not \"ply\"")),
                 b"end_header" => return Ok(at),
                 _ => self.statement(key, Words(rest))?,
             }
         }
     }
 
-    fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<(), FormatError> {
+    fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<()> {
         match key {
             b"format" => {
                 self.encoding = Some(match (words.next(), words.next()) {
@@ -159,10 +151,7 @@ impl HeaderParser<'_> {
                     element.properties.push(property);
                 }
             }
-            _ => {
-                let message = format!("unknown keyword {}", lexer::for_message(key));
-                return Err(self.error(&message));
-            }
+            _ => return Err(self.error(&format!("unknown keyword {}", lexer::for_message(key)))),
         }
         Ok(())
     }

@@ -22,22 +22,19 @@ use std::path::Path;
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, MeshFile};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::colors;
 use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 use crate::ply::body::Body;
 use crate::ply::columns::PropertyRole;
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::{Element, Header};
 
 /// The model in a PLY file: one part.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let path = &source.path;
     let file = source.part(0..source.len());
     let (header, mut body) = header::parse(path, &source.bytes, file)?;
@@ -126,7 +123,7 @@ impl<'a> Ply<'a> {
         }
     }
 
-    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if !self.mesh.vertices.is_empty() {
             return Err(FormatError::whole(self.path, "a second element vertex"));
         }
@@ -150,16 +147,15 @@ impl<'a> Ply<'a> {
         self.polygons.len() + self.triangles.len() > 0
     }
 
-    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32, FormatError> {
+    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32> {
         if index >= 0.0 && index < self.declared as f64 {
             return Ok(index as u32);
         }
         let count = self.declared;
-        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
-        Err(body.error(message))
+        Err(body.error(format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)")))
     }
 
-    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if !columns.have(&[PropertyRole::Corners]) {
             return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
@@ -216,7 +212,7 @@ impl<'a> Ply<'a> {
     }
 
     /// Triangle strips; -1 begins another.
-    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
@@ -228,9 +224,7 @@ impl<'a> Ply<'a> {
                 let strip: Result<Vec<u32>, _> =
                     strip.iter().map(|&index| self.position(body, number, index)).collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
-                    let &[mut a, mut b, c] = triangle else {
-                        continue;
-                    };
+                    let &[mut a, mut b, c] = triangle else { continue };
                     // Repeated corners only lead the strip on.
                     if a == b || b == c || c == a {
                         continue;
@@ -249,7 +243,7 @@ impl<'a> Ply<'a> {
     }
 
     /// Reads over an element without a use.
-    fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if element.count > 0 {
             self.unused.push(format!("element {} ({} rows)", element.name, element.count));
         }
@@ -258,7 +252,7 @@ impl<'a> Ply<'a> {
         (0..element.count).try_for_each(|_| columns.read(body, &mut row))
     }
 
-    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile> {
         let path = self.path;
         if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
@@ -295,7 +289,7 @@ impl<'a> Ply<'a> {
 
     /// Cuts the polygons, and splits vertices whose corners differ; returns the number of the image of each triangle, where
     /// faces have one.
-    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>, FormatError> {
+    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>> {
         let path = self.path;
         let Self { mesh, polygons, triangles, face_colors, corner_uvs, images, .. } = self;
         // Without texture coordinates of their own, corners are the file's vertices.

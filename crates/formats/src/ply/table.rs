@@ -1,7 +1,6 @@
 //! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
 
-use crate::io::byte_source::ByteSource;
-use crate::io::parallel;
+use crate::io::{ByteSource, parallel};
 use crate::ply::body::Body;
 use crate::ply::columns::{Columns, PropertyRole};
 use crate::ply::scalar::ScalarType;

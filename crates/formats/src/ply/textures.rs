@@ -4,11 +4,11 @@ use std::path::Path;
 
 use raycam_scene::{Material, MeshFile, TextureSlot, Wrap};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::geometry::colors;
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 /// Images of one file.
 const MAX_IMAGES: usize = 4096;
@@ -21,7 +21,7 @@ pub(crate) fn add(
     numbers: Option<Vec<i64>>,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     let shown = path.display();
     let used = match &numbers {
         Some(_) => names.len().min(MAX_IMAGES),

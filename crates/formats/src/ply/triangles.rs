@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use crate::io::byte_source::ByteSource;
-use crate::io::parallel;
+use crate::io::{ByteSource, parallel};
 use crate::ply::body::Body;
 use crate::ply::columns::{Columns, PropertyRole};
 use crate::ply::header::Element;

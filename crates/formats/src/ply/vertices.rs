@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::color::Rgb;
 
-use crate::error::FormatError;
-use crate::io::diagnostics::Diagnostics;
+use crate::error::{FormatError, Result};
+use crate::io::Diagnostics;
 use crate::ply::body::Body;
 use crate::ply::columns::PropertyRole::{self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply::columns::{Columns, Row};
@@ -25,12 +25,7 @@ pub(crate) struct PlyVertices {
 }
 
 /// Reads the vertices.
-pub(crate) fn read(
-    path: &Path,
-    element: &Element,
-    body: &mut Body<'_>,
-    odd: &mut Diagnostics,
-) -> Result<PlyVertices, FormatError> {
+pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mut Diagnostics) -> Result<PlyVertices> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {
         return Err(FormatError::whole(path, "element vertex has no x, y and z"));
@@ -72,12 +67,7 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
     })
 }
 
-fn row_by_row(
-    count: usize,
-    columns: &Columns<'_>,
-    body: &mut Body<'_>,
-    odd: &mut Diagnostics,
-) -> Result<PlyVertices, FormatError> {
+fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>, odd: &mut Diagnostics) -> Result<PlyVertices> {
     let mut positions = Vec::with_capacity(count);
     let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
     let mut colors = columns.colors();

@@ -6,7 +6,7 @@ use crate::animation::{
     AnimatedMaterial, AnimationTarget, Node, NodeCamera, NodeLight, NodeObject, NodeTree, Skin, Transform,
 };
 use crate::camera::Camera;
-use crate::error::SceneError;
+use crate::error::Result;
 use crate::mesh::Mesh;
 
 /// The state of all nodes at a time.
@@ -129,9 +129,7 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
             }
         }
         (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => *scale = DVec3::from_slice(value),
-        (_, AnimationTarget::Weights(_)) => {
-            node.weights = value.iter().map(|&v| v as f32).collect();
-        }
+        (_, AnimationTarget::Weights(_)) => node.weights = value.iter().map(|&v| v as f32).collect(),
         (_, AnimationTarget::Visible(_)) => node.visible = value[0] != 0.0,
         // Reading refuses to animate a matrix.
         _ => {}
@@ -139,10 +137,8 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
 }
 
 /// The camera with the same picture, on a node; as it is where the node flattens it.
-pub(crate) fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, SceneError> {
-    let Some(world_from_camera) = camera_axes(world_from_node) else {
-        return Ok(camera.clone());
-    };
+pub(crate) fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera> {
+    let Some(world_from_camera) = camera_axes(world_from_node) else { return Ok(camera.clone()) };
     camera.at_pose(world_from_camera.transpose(), world_from_node.translation)
 }
 

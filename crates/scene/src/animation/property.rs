@@ -232,26 +232,18 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
     match texture {
         T::BaseColor => return material.texture.iter_mut().collect(),
         T::Emission => return material.emission.texture.iter_mut().collect(),
-        T::Normal => {
-            return material.normal_map.iter_mut().map(|n| &mut n.texture).collect();
-        }
+        T::Normal => return material.normal_map.iter_mut().map(|n| &mut n.texture).collect(),
         T::Occlusion => {
-            let occlusion = material.occlusion.iter_mut();
-            return occlusion.flat_map(|o| o.texture.iter_mut()).collect();
+            return material.occlusion.iter_mut().flat_map(|o| o.texture.iter_mut()).collect();
         }
         _ => {}
     }
-    let Some(p) = material.model.as_principled_mut() else {
-        return Vec::new();
-    };
+    let Some(p) = material.model.as_principled_mut() else { return Vec::new() };
     let slot = match texture {
         T::MetallicRoughness => {
-            let both = p.metallic.texture.iter_mut().chain(p.roughness.texture.iter_mut());
-            return both.collect();
+            return p.metallic.texture.iter_mut().chain(p.roughness.texture.iter_mut()).collect();
         }
-        T::ClearcoatNormal => {
-            return p.clearcoat_normal.iter_mut().map(|n| &mut n.texture).collect();
-        }
+        T::ClearcoatNormal => return p.clearcoat_normal.iter_mut().map(|n| &mut n.texture).collect(),
         T::Specular => &mut p.specular.texture,
         T::SpecularColor => &mut p.specular_color.texture,
         T::Transmission => &mut p.transmission.texture,

@@ -3,7 +3,7 @@
 use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// The interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl AnimationSampler {
         width: usize,
         interpolation: SamplerInterpolation,
         rotation: bool,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self> {
         let fail = |message: String| Err(SceneError::World(message));
         if !times.first().is_some_and(|&first| first >= 0.0)
             || !times.iter().all(|time| time.is_finite())

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::lens::Lens;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// The fewest and the most blades of a polygonal opening.
 const BLADES: std::ops::RangeInclusive<u32> = 3..=64;
@@ -34,7 +34,7 @@ impl Aperture {
     /// # Errors
     /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2 or
     /// more than 64 blades.
-    pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self, SceneError> {
+    pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self> {
         let fail = |message: String| Err(SceneError::Camera(format!("aperture: {message}")));
         if !(radius >= 0.0 && radius.is_finite()) {
             return fail(format!("radius is {radius}: expected a finite length >= 0"));

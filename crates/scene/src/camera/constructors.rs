@@ -10,7 +10,7 @@ use crate::camera::lens::Lens;
 use crate::camera::pixel_center::PixelCenter;
 use crate::camera::undistort_table::UndistortTable;
 use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::rotation;
 use crate::up::Up;
 
@@ -21,7 +21,7 @@ impl Camera {
     /// # Errors
     /// [`SceneError::Camera`] where a value is not finite, `k` is not such a matrix, `r` is further than 1e-6 from a
     /// rotation (nearer ones become the nearest rotation), or the size is 0 or beyond [`MAX_SIDE`] and [`MAX_PIXELS`].
-    pub fn new(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self, SceneError> {
+    pub fn new(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let k = validated_intrinsics(k)?;
         let r = validated_rotation(r)?;
@@ -40,7 +40,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where a value is not finite or the rank is below 3.
-    pub fn from_matrix(matrix: [[f64; 4]; 3], size: [u32; 2], pixel_center: PixelCenter) -> Result<Self, SceneError> {
+    pub fn from_matrix(matrix: [[f64; 4]; 3], size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let decompose::DecomposedMatrix { k, r, c, p, center } = decompose::decompose(matrix)?;
         let k = match center {
@@ -57,13 +57,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`].
-    pub fn orthographic(
-        k: DMat3,
-        r: DMat3,
-        c: DVec3,
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    pub fn orthographic(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let (k, r) = (validated_intrinsics(k)?, validated_rotation(r)?);
         if !c.is_finite() {
@@ -116,7 +110,7 @@ impl Camera {
         k: DMat3,
         size: [u32; 2],
         pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self> {
         if ![roll, pitch, yaw].iter().all(|v| v.is_finite()) {
             return Err(SceneError::Camera(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")));
         }
@@ -135,7 +129,7 @@ impl Camera {
         k: DMat3,
         size: [u32; 2],
         pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self> {
         let direction = target - eye;
         let world_from_body = rotation::rotation_towards(direction, up_vector).ok_or_else(|| {
             SceneError::Camera(if direction.try_normalize().is_none() {
@@ -154,13 +148,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`], and values that are not finite.
-    pub fn from_opencv(
-        k: DMat3,
-        rvec: DVec3,
-        t: DVec3,
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    pub fn from_opencv(k: DMat3, rvec: DVec3, t: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         if !(rvec.is_finite() && t.is_finite()) {
             return Err(SceneError::Camera(format!("rotation vector {rvec} and translation {t} must be finite")));
         }
@@ -172,12 +160,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`], and a matrix whose last row is not 0 0 0 1.
-    pub fn from_opengl(
-        k: DMat3,
-        world_from_camera: DMat4,
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    pub fn from_opengl(k: DMat3, world_from_camera: DMat4, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         let last = world_from_camera.row(3);
         if last.to_array() != [0.0, 0.0, 0.0, 1.0] {
             return Err(SceneError::Camera(format!(

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3, DVec4};
 
 use crate::camera::center::Center;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// Below this, relative to its operands, a difference is rounding error.
 const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
@@ -22,7 +22,7 @@ pub struct DecomposedMatrix {
 }
 
 /// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
-pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
+pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
         return Err(SceneError::Camera(format!("P = {p:?}: every value must be finite")));
     }
@@ -77,7 +77,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
 
 /// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`, where d = r1 x r2 is the null vector of its left 3x3 part M and H a
 /// homography of the image plane; for an affine camera H is upper triangular with positive focal lengths, and K.
-fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
+fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     let rank = numerical_rank(p);
     if rank < 3 {
         return Err(SceneError::Camera(format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")));
@@ -114,13 +114,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> 
     decomposed_parallel(p, h * (1.0 / m3.length()), r1, r2, m3.length())
 }
 
-fn decomposed_parallel(
-    p: [[f64; 4]; 3],
-    k: DMat3,
-    r1: DVec3,
-    r2: DVec3,
-    scale: f64,
-) -> Result<DecomposedMatrix, SceneError> {
+fn decomposed_parallel(p: [[f64; 4]; 3], k: DMat3, r1: DVec3, r2: DVec3, scale: f64) -> Result<DecomposedMatrix> {
     let r = DMat3::from_cols(r1, r2, r1.cross(r2)).transpose();
     if !(k.is_finite() && k.determinant() != 0.0 && r.is_finite()) {
         return Err(SceneError::Camera(format!(

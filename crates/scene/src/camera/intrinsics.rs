@@ -4,13 +4,13 @@ use glam::{DMat3, DVec3};
 
 use crate::camera::pixel_center::PixelCenter;
 use crate::camera::validate::format_matrix;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.
 ///
 /// # Errors
 /// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
-pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3, SceneError> {
+pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3> {
     if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
         return Err(SceneError::Camera(format!(
             "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
@@ -35,7 +35,7 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
 }
 
 /// `k / K[2][2]`, or what is wrong with it.
-pub fn validated_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
+pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", format_matrix(k))));
     if !k.is_finite() {
         return fail("every value must be finite".into());

@@ -9,7 +9,7 @@ use crate::camera::lens::Lens;
 use crate::camera::undistort_table::UndistortTable;
 use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
 use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, Vignetting};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 impl Camera {
     /// The names of what it has beyond K, a lens and a pose.
@@ -27,7 +27,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where its rays are parallel: a lens bends the rays of a point.
-    pub fn with_lens(self, lens: Lens) -> Result<Self, SceneError> {
+    pub fn with_lens(self, lens: Lens) -> Result<Self> {
         if self.center != Center::Point && lens != Lens::Pinhole {
             return Err(parallel_rays_error("a lens"));
         }
@@ -38,7 +38,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where its rays are parallel.
-    pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self, SceneError> {
+    pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self> {
         if self.center != Center::Point && aperture.is_some() {
             return Err(parallel_rays_error("an aperture"));
         }
@@ -54,7 +54,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] for coefficients that are not finite, and where its rays are parallel.
-    pub fn with_vignetting(self, vignetting: Option<Vignetting>) -> Result<Self, SceneError> {
+    pub fn with_vignetting(self, vignetting: Option<Vignetting>) -> Result<Self> {
         if let Some(vignetting) = &vignetting {
             vignetting.validate()?;
             if self.center != Center::Point {
@@ -69,7 +69,7 @@ impl Camera {
     /// # Errors
     /// [`SceneError::Camera`] where a pose is no rotation and finite centre, or the camera is made of a matrix with its
     /// centre at infinity, which has no place to move from.
-    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self, SceneError> {
+    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if self.center == Center::Infinity {
             return Err(SceneError::Camera(
                 "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can"
@@ -88,7 +88,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`] about R and C.
-    pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self, SceneError> {
+    pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self> {
         let r = validated_rotation(r)?;
         if self.center == Center::Infinity {
             let p = camera_matrix(self.k, r, c, self.center)?;
@@ -110,7 +110,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`] about K and the size.
-    pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self, SceneError> {
+    pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self> {
         check_size(size)?;
         let k = match self.center {
             // Any homography.

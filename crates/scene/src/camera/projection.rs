@@ -129,9 +129,7 @@ impl Camera {
         let (mut before, mut at) = (0.5, 0.5);
         let mut off_before = None;
         for _ in 0..20 {
-            let Some((pixel, off)) = seen_at(at) else {
-                break;
-            };
+            let Some((pixel, off)) = seen_at(at) else { break };
             if off.abs() <= 4.0 * f64::EPSILON {
                 return (pixel, true);
             }
@@ -146,9 +144,7 @@ impl Camera {
         let line = |step: u32| f64::from(step) / f64::from(LINE_STEPS);
         for step in 0..LINE_STEPS {
             let (mut low, mut high) = (line(step), line(step + 1));
-            let (Some((pixel, first)), Some((_, last))) = (seen_at(low), seen_at(high)) else {
-                continue;
-            };
+            let (Some((pixel, first)), Some((_, last))) = (seen_at(low), seen_at(high)) else { continue };
             if first == 0.0 {
                 return (pixel, true);
             }
@@ -158,9 +154,7 @@ impl Camera {
             let mut found = pixel;
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
-                let Some((pixel, off)) = seen_at(middle) else {
-                    return (DVec2::NAN, false);
-                };
+                let Some((pixel, off)) = seen_at(middle) else { return (DVec2::NAN, false) };
                 found = pixel;
                 if off > 0.0 {
                     low = middle;
@@ -285,9 +279,7 @@ impl Camera {
 
     /// How much of a pixel's light arrives.
     pub fn vignetting_factor(&self, pixel: DVec2) -> f64 {
-        let Some(vignetting) = &self.vignetting else {
-            return 1.0;
-        };
+        let Some(vignetting) = &self.vignetting else { return 1.0 };
         let pixel = self.wrap_panorama(pixel);
         let direction = self.camera_space_ray(pixel).1.normalize();
         if direction.is_nan() {

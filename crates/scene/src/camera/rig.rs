@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::validate::validated_rotation;
 use crate::camera::{Camera, Pose, ShutterMotion};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// A camera with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ impl Rig {
     /// # Errors
     /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the same
     /// name or one has none.
-    pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self, SceneError> {
+    pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::Camera(message));
         if mounts.is_empty() {
             return fail("a rig without cameras; expected at least one".into());
@@ -58,7 +58,7 @@ impl Rig {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where a camera has a shutter of its own, or cannot move.
-    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self, SceneError> {
+    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if let Some(mount) = self.mounts.iter().find(|m| m.camera.motion().is_some()) {
             return Err(SceneError::Camera(format!(
                 "camera {:?} of the rig has a shutter of its own: give it to the rig or to its cameras",
@@ -74,7 +74,7 @@ impl Rig {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where one of them cannot be carried.
-    pub fn cameras(&self) -> Result<Vec<NamedCamera>, SceneError> {
+    pub fn cameras(&self) -> Result<Vec<NamedCamera>> {
         let carried = |mount: &NamedCamera| {
             let camera = match &self.motion {
                 None => mount.camera.in_world(&self.body)?,
@@ -94,7 +94,7 @@ impl Rig {
     ///
     /// # Errors
     /// Those of [`Rig::new`] about the pose.
-    pub fn at_pose(&self, pose: Pose) -> Result<Self, SceneError> {
+    pub fn at_pose(&self, pose: Pose) -> Result<Self> {
         let turn = validated_rotation(pose.r)?.transpose() * self.body.r;
         let motion = self.motion.as_ref().map(|motion| {
             motion.map_poses(|then| Pose { r: then.r * turn.transpose(), c: pose.c + turn * (then.c - self.body.c) })
@@ -133,7 +133,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::at_pose`].
-    pub fn in_world(&self, body: &Pose) -> Result<Self, SceneError> {
+    pub fn in_world(&self, body: &Pose) -> Result<Self> {
         if *body == Pose::IDENTITY {
             return Ok(self.clone());
         }

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::hermite::Interpolate;
 
 /// The way in which a sensor is read, line after line.
@@ -69,12 +69,7 @@ impl ShutterMotion {
     /// # Errors
     /// [`SceneError::Camera`] where exposure and readout are negative or not finite, times are not in order, or there are
     /// no poses.
-    pub fn new(
-        exposure: f64,
-        readout: f64,
-        direction: ReadoutDirection,
-        poses: Vec<(f64, Pose)>,
-    ) -> Result<Self, SceneError> {
+    pub fn new(exposure: f64, readout: f64, direction: ReadoutDirection, poses: Vec<(f64, Pose)>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::Camera(message));
         for (name, time) in [("exposure", exposure), ("readout", readout)] {
             if !(time >= 0.0 && time.is_finite()) {
@@ -111,14 +106,14 @@ impl ShutterMotion {
     ///
     /// # Errors
     /// Those of the way.
-    pub fn resampled(&self, way: impl Fn(f64) -> Result<Pose, SceneError>) -> Result<Self, SceneError> {
+    pub fn resampled(&self, way: impl Fn(f64) -> Result<Pose>) -> Result<Self> {
         let whole = self.total_duration();
         let steps = if whole > 0.0 { PATH_STEPS } else { 0 };
         let pose = |step: u32| {
             let time = whole * f64::from(step) / f64::from(steps.max(1));
             Ok((time, way(time - 0.5 * whole)?))
         };
-        let poses = (0..=steps).map(pose).collect::<Result<_, SceneError>>()?;
+        let poses = (0..=steps).map(pose).collect::<Result<_>>()?;
         let moving = Self::new(self.exposure, self.readout, self.direction, poses)?;
         Ok(Self { camera_from_body: self.camera_from_body, ..moving })
     }
@@ -177,9 +172,7 @@ impl ShutterMotion {
             return self.poses.first().map_or(Pose::IDENTITY, |first| first.1);
         };
         let (start, from) = self.poses[before];
-        let Some(&(end, to)) = self.poses.get(next) else {
-            return from;
-        };
+        let Some(&(end, to)) = self.poses.get(next) else { return from };
         let s = (time - start) / (end - start);
         if s == 0.0 {
             return from;

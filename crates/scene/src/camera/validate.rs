@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3, DVec4};
 
 use crate::camera::center::Center;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// The largest width and height.
 pub const MAX_SIDE: u32 = 65_536;
@@ -11,7 +11,7 @@ pub const MAX_SIDE: u32 = 65_536;
 pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// The camera matrix.
-pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f64; 4]; 3], SceneError> {
+pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f64; 4]; 3]> {
     let t = -(r * c);
     // [R | t], or its first two rows and 0 0 0 1.
     let pose = [0, 1, 2].map(|i| match (center, i) {
@@ -29,7 +29,7 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
 }
 
 /// Checks the size of a picture.
-pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
+pub fn check_size(size: [u32; 2]) -> Result<()> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
         return Err(SceneError::Camera(format!(
@@ -45,7 +45,7 @@ pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
 }
 
 /// The rotation nearest to `r`, which must be within 1e-6 of one.
-pub fn validated_rotation(r: DMat3) -> Result<DMat3, SceneError> {
+pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
     let fail = |message: String| Err(SceneError::Camera(format!("R = {}: {message}", format_matrix(r))));
     if !r.is_finite() {
         return fail("every value must be finite".into());

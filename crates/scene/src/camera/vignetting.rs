@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// The factor of a pixel's light: `cos⁴ θ` if that is asked for, times `1 + a r² + b r⁴ + ...`. It acts on the colour
 /// alone.
@@ -22,7 +22,7 @@ pub struct Vignetting {
 impl Vignetting {
     /// # Errors
     /// [`SceneError::Camera`] for coefficients that are not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         if self.polynomial.iter().all(|v| v.is_finite()) {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! How a luminaire spreads its light, as measured.
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir, the
 /// horizontal one around it, counter-clockwise seen from above a luminaire that shines down.
@@ -20,7 +20,7 @@ impl IesProfile {
     ///
     /// # Errors
     /// [`SceneError::World`] where they do not.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::World(message));
         let increases = |angles: &[f64], limit: f64| {
             !angles.is_empty()

@@ -1,59 +1,40 @@
 //! The strength of a light as people write it.
 
-use std::fmt;
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess};
 
-use schemars::JsonSchema;
-use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use crate::written::{written, written_schema};
 
 /// Linear red, green and blue: 3 numbers, or one that is grey.
 pub(crate) struct Strength([f32; 3]);
 
-impl<'de> Deserialize<'de> for Strength {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct StrengthVisitor;
-        impl<'de> Visitor<'de> for StrengthVisitor {
-            type Value = Strength;
+written! {
+    Strength: "a list of 3 numbers (red, green, blue) or one (grey)",
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a list of 3 numbers (red, green, blue) or one (grey)")
-            }
+    fn visit_f64<E: Error>(self, v: f64) -> Result<Strength, E> {
+        Ok(Strength([v as f32; 3]))
+    }
 
-            fn visit_f64<E: Error>(self, v: f64) -> Result<Strength, E> {
-                Ok(Strength([v as f32; 3]))
-            }
+    fn visit_i64<E: Error>(self, v: i64) -> Result<Strength, E> {
+        self.visit_f64(v as f64)
+    }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Strength, E> {
-                self.visit_f64(v as f64)
-            }
+    fn visit_u64<E: Error>(self, v: u64) -> Result<Strength, E> {
+        self.visit_f64(v as f64)
+    }
 
-            fn visit_u64<E: Error>(self, v: u64) -> Result<Strength, E> {
-                self.visit_f64(v as f64)
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Strength, A::Error> {
-                let mut rgb = [0.0; 3];
-                for (i, value) in rgb.iter_mut().enumerate() {
-                    *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
-                }
-                Ok(Strength(rgb))
-            }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Strength, A::Error> {
+        let mut rgb = [0.0; 3];
+        for (i, value) in rgb.iter_mut().enumerate() {
+            *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
         }
-        deserializer.deserialize_any(StrengthVisitor)
+        Ok(Strength(rgb))
     }
 }
 
-impl JsonSchema for Strength {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Strength".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "anyOf": [
-            { "type": "number" },
-            { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 },
-        ] })
-    }
-}
+written_schema!(Strength, "Strength", |_| schemars::json_schema!({ "anyOf": [
+    { "type": "number" },
+    { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 },
+] }));
 
 /// The strength of a light.
 pub(crate) fn strength<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 3], D::Error> {

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::light::{FileRef, Light};
 
-type Validated = Result<(), SceneError>;
+type Validated = Result<()>;
 
 impl Light {
     /// Checks that its values make sense.
@@ -50,9 +50,7 @@ impl Light {
     }
 
     fn validate_spot(&self) -> Validated {
-        let Self::Spot { position, direction, power, intensity, inner, outer } = self else {
-            return Ok(());
-        };
+        let Self::Spot { position, direction, power, intensity, inner, outer } = self else { return Ok(()) };
         check_position("a spot", *position)?;
         check_direction("a spot", *direction, "the way its light travels")?;
         if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
@@ -90,9 +88,7 @@ impl Light {
     }
 
     fn validate_ies(&self) -> Validated {
-        let Self::Ies { profile, position, direction, front, power } = self else {
-            return Ok(());
-        };
+        let Self::Ies { profile, position, direction, front, power } = self else { return Ok(()) };
         check_position("an IES light", *position)?;
         check_direction("an IES light", *direction, "its nadir")?;
         if let Some(front) = front {
@@ -107,9 +103,7 @@ impl Light {
     }
 
     fn validate_sky(&self) -> Validated {
-        let Self::Sky { radiance, zenith, horizon, ground } = self else {
-            return Ok(());
-        };
+        let Self::Sky { radiance, zenith, horizon, ground } = self else { return Ok(()) };
         match (radiance, zenith, horizon, ground) {
             (Some(radiance), None, None, None) => check_rgb("radiance", *radiance),
             (None, Some(zenith), Some(horizon), _) => {
@@ -174,7 +168,7 @@ fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relati
     }
 }
 
-fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T, SceneError> {
+fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T> {
     file.content.as_deref().ok_or_else(|| SceneError::World(format!("{what} of {:?}: the file is not read", file.file)))
 }
 

@@ -1,7 +1,7 @@
 //! Glass, water and other clear matter.
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// A dielectric: the inside of a closed mesh, or a pane. The base colour tints light that passes the surface.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -39,7 +39,7 @@ impl Glass {
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::World(message));
         if !(self.ior.is_finite() && self.ior >= 1.0) {
             return fail(format!("ior {}: expected a finite number >= 1", self.ior));
@@ -60,7 +60,7 @@ impl Glass {
     }
 }
 
-pub(crate) fn check_roughness(roughness: f32) -> Result<(), SceneError> {
+pub(crate) fn check_roughness(roughness: f32) -> Result<()> {
     if (0.0..=1.0).contains(&roughness) {
         return Ok(());
     }

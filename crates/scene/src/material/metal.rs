@@ -1,7 +1,7 @@
 //! Metals by their measured index of refraction.
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// A rough or smooth metal.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -58,7 +58,7 @@ impl Metal {
     ///
     /// # Errors
     /// [`SceneError::World`]: indices that are not finite and greater than 0, a roughness outside 0..=1.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         for (name, values) in [("ior", self.ior), ("extinction", self.extinction)] {
             if !values.iter().all(|v| v.is_finite() && *v > 0.0) {
                 return Err(SceneError::World(format!(

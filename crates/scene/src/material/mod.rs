@@ -5,7 +5,7 @@ pub mod metal;
 pub mod principled;
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::{NormalMap, Principled, Textured};
@@ -86,14 +86,6 @@ impl MaterialModel {
     pub const DEFAULT: Self = Self::Phong { diffuse: 1.0, specular: [0.0; 3], shininess: 32.0 };
 
     /// Its parameters, if it is principled.
-    pub fn as_principled(&self) -> Option<&Principled> {
-        match self {
-            Self::Principled(principled) => Some(principled),
-            _ => None,
-        }
-    }
-
-    /// Its parameters to be changed, if it is principled.
     pub fn as_principled_mut(&mut self) -> Option<&mut Principled> {
         match self {
             Self::Principled(principled) => Some(principled),
@@ -106,16 +98,11 @@ impl MaterialModel {
         matches!(self, Self::Unlit)
     }
 
-    /// True if it is a metal by its index of refraction.
-    pub fn is_metal(&self) -> bool {
-        matches!(self, Self::Metal(_))
-    }
-
     /// Checks its values.
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         match self {
             Self::Unlit => Ok(()),
             Self::Metal(metal) => metal.validate(),
@@ -193,7 +180,7 @@ impl Material {
     ///
     /// # Errors
     /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         check_fractions("color", &self.color)?;
         check_fractions("opacity", &[self.opacity])?;
         if let Alpha::Mask { cutoff } = self.alpha
@@ -212,15 +199,13 @@ impl Material {
 
     /// The largest share of light that comes back in any channel, where it is more than arrives.
     pub fn reflectance_above_one(&self) -> Option<f32> {
-        let MaterialModel::Phong { diffuse, specular, .. } = self.model else {
-            return None;
-        };
+        let MaterialModel::Phong { diffuse, specular, .. } = self.model else { return None };
         let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);
         (total > 1.0 + 1e-6).then_some(total)
     }
 }
 
-fn check_fractions(name: &str, values: &[f32]) -> Result<(), SceneError> {
+fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }

@@ -1,7 +1,7 @@
 //! The principled material: glTF 2.0's metallic-roughness and its extensions, as data.
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::texture::TextureSlot;
 
 /// A number or colour, and a texture that multiplies it.
@@ -140,7 +140,7 @@ impl Principled {
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         let check = |name: &str, value: f32, good: bool, expected: &str| {
             if good { Ok(()) } else { Err(SceneError::World(format!("{name} {value}: expected {expected}"))) }
         };

@@ -9,7 +9,7 @@ pub(crate) mod topology;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.
 ///
@@ -47,7 +47,7 @@ impl Mesh {
     /// # Errors
     /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
     /// length, normals or texture coordinates that are not finite, colours outside 0..=1.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::World(message));
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         if triangles == 0 {
@@ -71,7 +71,7 @@ impl Mesh {
     }
 
     /// Checks the lengths and values of the per-vertex and per-triangle arrays.
-    fn validate_attributes(&self) -> Result<(), SceneError> {
+    fn validate_attributes(&self) -> Result<()> {
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         check_numbers("normals", self.normals.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
         check_numbers("uvs", self.uvs.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
@@ -232,7 +232,7 @@ fn check_numbers<const N: usize>(
     what: &str,
     valid: impl Fn(f32) -> bool + Sync,
     expected: &str,
-) -> Result<(), SceneError> {
+) -> Result<()> {
     let Some(values) = values else { return Ok(()) };
     check_length(name, values.len(), count, what)?;
     let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
@@ -242,7 +242,7 @@ fn check_numbers<const N: usize>(
     }
 }
 
-fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(), SceneError> {
+fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<()> {
     if length == count {
         return Ok(());
     }

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 
 /// The most times that [`sphere`] splits its faces: 5,242,880 triangles.
@@ -24,7 +24,7 @@ pub const MAX_TORUS_SEGMENTS: u32 = 2048;
 ///
 /// # Errors
 /// [`SceneError::World`] where an edge length is not finite and > 0.
-pub fn box_(size: [f64; 3]) -> Result<Mesh, SceneError> {
+pub fn box_(size: [f64; 3]) -> Result<Mesh> {
     check_lengths("box size", &size)?;
     // For each face: outwards, then right and up in its picture seen from outside.
     let faces = [
@@ -50,7 +50,7 @@ pub fn box_(size: [f64; 3]) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::World`] where an edge length is not finite and > 0.
-pub fn plane(size: [f64; 2]) -> Result<Mesh, SceneError> {
+pub fn plane(size: [f64; 2]) -> Result<Mesh> {
     check_lengths("plane size", &size)?;
     let half = DVec3::new(size[0] / 2.0, size[1] / 2.0, 0.0);
     let mut builder = MeshBuilder::default();
@@ -66,7 +66,7 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::World`] where the radius is not finite and > 0, or the level beyond [`MAX_LEVEL`].
-pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
+pub fn sphere(radius: f64, level: u32) -> Result<Mesh> {
     check_lengths("sphere radius", &[radius])?;
     if level > MAX_LEVEL {
         return Err(SceneError::World(format!("sphere level {level}: expected 0..={MAX_LEVEL}")));
@@ -103,7 +103,7 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::World`] where a length is not finite and > 0, or segments are not 3..=[`MAX_SEGMENTS`].
-pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError> {
+pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
     check_lengths("cylinder radius and height", &[radius, height])?;
     check_segments("cylinder", segments, MAX_SEGMENTS)?;
     let ring = unit_circle(segments);
@@ -129,7 +129,7 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneEr
 ///
 /// # Errors
 /// [`SceneError::World`] where a length is not finite and > 0, or segments are not 3..=[`MAX_SEGMENTS`].
-pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError> {
+pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh> {
     check_lengths("cone radius and height", &[radius, height])?;
     check_segments("cone", segments, MAX_SEGMENTS)?;
     let ring = unit_circle(segments);
@@ -160,7 +160,7 @@ pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError>
 /// # Errors
 /// [`SceneError::World`] where a length is not finite and > 0, `tube >= radius`, or segments are not
 /// 3..=[`MAX_TORUS_SEGMENTS`].
-pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh, SceneError> {
+pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
     check_lengths("torus radius and tube", &[radius, tube])?;
     check_segments("torus", segments, MAX_TORUS_SEGMENTS)?;
     if tube >= radius {
@@ -288,14 +288,14 @@ impl MeshBuilder {
     }
 }
 
-fn check_lengths(what: &str, lengths: &[f64]) -> Result<(), SceneError> {
+fn check_lengths(what: &str, lengths: &[f64]) -> Result<()> {
     if lengths.iter().all(|v| v.is_finite() && *v > 0.0) {
         return Ok(());
     }
     Err(SceneError::World(format!("{what} {lengths:?}: expected finite lengths greater than 0")))
 }
 
-fn check_segments(what: &str, segments: u32, most: u32) -> Result<(), SceneError> {
+fn check_segments(what: &str, segments: u32, most: u32) -> Result<()> {
     if (3..=most).contains(&segments) {
         return Ok(());
     }

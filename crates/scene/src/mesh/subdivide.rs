@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::mesh::topology::{Edges, has_three_corners, weld_vertices};
 
@@ -20,7 +20,7 @@ pub const MAX_SUBDIVIDED_TRIANGLES: usize = 1 << 25;
 ///
 /// # Errors
 /// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
-pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
+pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
         refined.split(loop_points);
@@ -35,7 +35,7 @@ pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
-pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
+pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
         refined.split(|points, _, edges| {
@@ -58,7 +58,7 @@ struct SubdividedMesh {
 type SubdivisionRule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
 
 impl SubdividedMesh {
-    fn new(mesh: &Mesh, levels: u32) -> Result<Self, SceneError> {
+    fn new(mesh: &Mesh, levels: u32) -> Result<Self> {
         mesh.validate()?;
         let count = mesh.triangles.len();
         let refined = 4_usize.checked_pow(levels).and_then(|factor| factor.checked_mul(count));

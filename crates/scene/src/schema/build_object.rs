@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::math::rotation;
 use crate::model::AssetLoader;
@@ -121,7 +121,7 @@ impl ObjectSpec {
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.
-    pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
+    pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3)> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
             keys.refuse(&others, "\"matrix\" is given too, and says it already: give one of them")?;
@@ -147,7 +147,7 @@ impl ObjectSpec {
     }
 
     /// Its name, or the word for what it is.
-    fn object_name(&self, kind: &str) -> Result<String, SceneError> {
+    fn object_name(&self, kind: &str) -> Result<String> {
         match (&self.name, &self.mesh, &self.instance_of) {
             (Some(name), ..) if name.is_empty() => Err(SceneError::schema("name", "\"\": expected a name, or none")),
             (Some(name), ..) | (None, None, Some(name)) => Ok(name.clone()),
@@ -166,7 +166,7 @@ fn add_materials(
     textures: Vec<Texture>,
     name: &str,
     world: &mut World,
-) -> Result<Vec<usize>, SceneError> {
+) -> Result<Vec<usize>> {
     materials.iter().try_for_each(Material::validate)?;
     textures.iter().try_for_each(Texture::validate)?;
     for texture in textures {
@@ -176,7 +176,7 @@ fn add_materials(
 }
 
 /// A 3x4 or 4x4 matrix as an invertible affine transform.
-pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
+pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3> {
     let fail = |message: String| Err(SceneError::schema("", message));
     let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
 use crate::schema::build_failure::BuildFailure;
@@ -29,8 +29,7 @@ impl TextureSpec {
         let image = match &table.image {
             ImageSpec::Texels(image) => image.clone(),
             ImageSpec::File(file) => {
-                let texture = files.texture(file, wrap);
-                texture.map_err(|error| BuildFailure::File(key.into(), error))?.image
+                files.texture(file, wrap).map_err(|error| BuildFailure::File(key.into(), error))?.image
             }
         };
         let image = table.as_used(key, image)?;
@@ -79,7 +78,7 @@ impl TextureSpec {
 
 impl TextureTable {
     /// The image as this use sees it: data is linear, and one channel may stand for all.
-    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
             return Ok(image);

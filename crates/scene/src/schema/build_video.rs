@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::polar::polar;
 use crate::math::rotation;
 use crate::schema::build_object::affine;
@@ -17,7 +17,7 @@ impl VideoSpec {
     /// # Errors
     /// [`SceneError::Schema`] where keyframes of one mover are not in order of time, say nothing or contradict each
     /// other, an object is unknown, or values make no sense.
-    pub fn build(&self, world: &World) -> Result<Video, SceneError> {
+    pub fn build(&self, world: &World) -> Result<Video> {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let mut camera = Mover::default();
         let mut objects: Vec<(usize, Mover)> = Vec::new();
@@ -87,7 +87,7 @@ struct Mover {
 }
 
 impl Mover {
-    fn add(&mut self, key: &KeyframeSpec, up: Up, interpolation: KeyframeInterpolation) -> Result<(), SceneError> {
+    fn add(&mut self, key: &KeyframeSpec, up: Up, interpolation: KeyframeInterpolation) -> Result<()> {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let time = key.time;
         if !(time.is_finite() && time >= 0.0) {
@@ -137,7 +137,7 @@ impl Mover {
         rows: &[[f64; 4]],
         up: Up,
         interpolation: KeyframeInterpolation,
-    ) -> Result<(), SceneError> {
+    ) -> Result<()> {
         let fail = |key: &str, message: &str| Err(SceneError::schema(key, message));
         let others = [
             ("location", key.location.is_some()),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
@@ -56,7 +56,7 @@ impl ObjectSpec {
 
     /// Changes where an object is and if it is visible, where the description says nothing else; `None` where it says more.
     /// It needs no files, and the world is as it was where it fails.
-    pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<(), SceneError>> {
+    pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<()>> {
         let keys = self.keys();
         let is_more = self.name.is_some() || self.category.is_some() || self.shadow_catcher.is_some();
         if is_more || keys.given(&PLACEMENT).len() < keys.count() {
@@ -206,7 +206,7 @@ impl ObjectSpec {
     }
 
     /// A mesh with other vertices, normals, coordinates or colours.
-    fn reshaped(&mut self, old: &Arc<Mesh>, name: &str) -> Result<Mesh, SceneError> {
+    fn reshaped(&mut self, old: &Arc<Mesh>, name: &str) -> Result<Mesh> {
         let mut mesh = Mesh::clone(old);
         if let Some(vertices) = self.vertices.take() {
             let (given, known) = (vertices.len(), mesh.vertices.len());
@@ -227,13 +227,7 @@ impl ObjectSpec {
         if self.normals.as_ref().is_some_and(Vec::is_empty) {
             (mesh.normals, self.normals) = (None, None);
         }
-        let mut additions = Additions {
-            mesh: Arc::new(mesh),
-            index: None,
-            materials: Vec::new(),
-            textures: Vec::new(),
-            notices: Vec::new(),
-        };
+        let mut additions = Additions { mesh: Arc::new(mesh), ..Additions::default() };
         self.change_mesh(&mut additions)?;
         Ok(Arc::unwrap_or_clone(additions.mesh))
     }
@@ -269,7 +263,7 @@ impl ChangedMaterials {
         Self { materials, textures: Vec::new(), notices: Vec::new(), is_of_new_mesh: true }
     }
 
-    fn check(&self) -> Result<(), SceneError> {
+    fn check(&self) -> Result<()> {
         self.materials.iter().try_for_each(Material::validate)?;
         self.textures.iter().try_for_each(Texture::validate)
     }

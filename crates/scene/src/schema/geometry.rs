@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::keys::Keys;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::mesh::primitive;
@@ -34,6 +34,7 @@ pub struct LoadedMesh {
 }
 
 /// The parts that an object adds to the world besides itself.
+#[derive(Default)]
 pub(super) struct Additions {
     pub(super) mesh: Arc<Mesh>,
     /// Index of the mesh, if the world has it already.
@@ -116,7 +117,7 @@ impl ObjectSpec {
     }
 
     /// Gives the mesh what the description says of it, and checks it.
-    pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<(), SceneError> {
+    pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<()> {
         let mesh = Arc::make_mut(&mut additions.mesh);
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
             // Colours named here show as they are, whatever the file's materials say.
@@ -140,8 +141,8 @@ impl ObjectSpec {
     }
 
     /// The mesh of a primitive, or of vertices and triangles.
-    fn own_mesh(&mut self) -> Result<Mesh, SceneError> {
-        let of = |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.in_context(key));
+    fn own_mesh(&mut self) -> Result<Mesh> {
+        let of = |key: &str, mesh: Result<Mesh>| mesh.map_err(|error| error.in_context(key));
         if let Some(shape) = &self.box_ {
             return of("box", primitive::box_(shape.size.0));
         }
@@ -169,7 +170,7 @@ impl ObjectSpec {
 }
 
 /// Normals of length 1.
-fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>, SceneError> {
+fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>> {
     let unit = |(i, normal): (usize, [f32; 3])| {
         let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
         unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {

@@ -1,6 +1,20 @@
 //! Which keys of a table were written, for the rules about what goes with what.
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
+
+/// A method's value of fields of a struct, with their keys: the fields' names, or what stands before them.
+macro_rules! by_key {
+    ($table:ident, $method:ident: $($($key:literal)? $field:ident),+ $(,)?) => {
+        [$((by_key!(@key $($key)? $field), $table.$field.$method())),+]
+    };
+    (@key $key:literal $field:ident) => {
+        $key
+    };
+    (@key $field:ident) => {
+        stringify!($field)
+    };
+}
+pub(crate) use by_key;
 
 /// The optional keys of a table, each with whether it is there.
 pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
@@ -17,7 +31,7 @@ impl<const N: usize> Keys<N> {
     }
 
     /// Refuses some keys, for a reason.
-    pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<(), SceneError> {
+    pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(*key, reason)),
             None => Ok(()),
@@ -25,7 +39,7 @@ impl<const N: usize> Keys<N> {
     }
 
     /// The one of some keys that is there.
-    pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str, SceneError> {
+    pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str> {
         match self.given(keys)[..] {
             [key] => Ok(key),
             [] => Err(SceneError::schema("", format!("no {what}: expected one of {}", keys.join(", ")))),

@@ -1,7 +1,7 @@
 //! The material keys of an object's description.
 
 use crate::color::Rgb;
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::Principled;
@@ -44,7 +44,7 @@ pub(crate) fn has_material_keys(keys: &Keys<KEYS>) -> bool {
 impl ObjectSpec {
     /// Checks that the material keys go together and that their values make sense, where a file or an object `has_material`
     /// already.
-    pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<(), SceneError> {
+    pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<()> {
         if self.alpha == Some(AlphaMode::Opaque) {
             keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which leaves no opacity: give one of them")?;
         }
@@ -94,7 +94,7 @@ impl ObjectSpec {
     }
 
     /// Checks the values of the material keys.
-    fn check_material_values(&self) -> Result<(), SceneError> {
+    fn check_material_values(&self) -> Result<()> {
         let share = |key: &str, values: &[f64]| {
             if values.iter().all(|v| (0.0..=1.0).contains(v)) {
                 return Ok(());
@@ -140,7 +140,7 @@ impl ObjectSpec {
         materials: &mut [Material],
         textures: &[TextureBinding],
         keys: &Keys<KEYS>,
-    ) -> Result<(), SceneError> {
+    ) -> Result<()> {
         let mut unused: Vec<_> = textures.iter().map(|_| true).collect();
         for material in &mut *materials {
             for (unused, used) in unused.iter_mut().zip(self.apply_material(material, textures)) {

@@ -10,6 +10,7 @@ use crate::color::{Rgb, linear_from_srgb8};
 use crate::error::suggestion;
 use crate::schema::color_names::{self, srgb8_of_name};
 use crate::texture::Wrap;
+use crate::written::{written, written_schema};
 
 /// `N` numbers, or one that stands for all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,46 +44,28 @@ pub enum Scheme {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Category(pub String);
 
-impl<'de> Deserialize<'de> for Category {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct CategoryVisitor;
-        impl Visitor<'_> for CategoryVisitor {
-            type Value = Category;
+written! {
+    Category: format_args!("a name or a whole number from 0 to {}", i32::MAX),
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                write!(f, "a name or a whole number from 0 to {}", i32::MAX)
-            }
-
-            fn visit_str<E: Error>(self, v: &str) -> Result<Category, E> {
-                if v.is_empty() {
-                    return Err(E::invalid_value(serde::de::Unexpected::Str(v), &self));
-                }
-                Ok(Category(v.into()))
-            }
-
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Category, E> {
-                match i32::try_from(v) {
-                    Ok(id @ 0..) => Ok(Category(id.to_string())),
-                    _ => Err(E::invalid_value(serde::de::Unexpected::Signed(v), &self)),
-                }
-            }
+    fn visit_str<E: Error>(self, v: &str) -> Result<Category, E> {
+        if v.is_empty() {
+            return Err(E::invalid_value(serde::de::Unexpected::Str(v), &self));
         }
-        deserializer.deserialize_any(CategoryVisitor)
+        Ok(Category(v.into()))
+    }
+
+    fn visit_i64<E: Error>(self, v: i64) -> Result<Category, E> {
+        match i32::try_from(v) {
+            Ok(id @ 0..) => Ok(Category(id.to_string())),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Signed(v), &self)),
+        }
     }
 }
 
-impl JsonSchema for Category {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Category".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "anyOf": [
-            { "type": "string", "minLength": 1 },
-            { "type": "integer", "minimum": 0, "maximum": i32::MAX },
-        ] })
-    }
-}
+written_schema!(Category, "Category", |_| schemars::json_schema!({ "anyOf": [
+    { "type": "string", "minLength": 1 },
+    { "type": "integer", "minimum": 0, "maximum": i32::MAX },
+] }));
 
 /// Wrap modes of u and v.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -141,48 +124,38 @@ impl<const N: usize> JsonSchema for Splat<N> {
     }
 }
 
-impl<'de> Deserialize<'de> for Color {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ColorVisitor;
-        impl<'de> Visitor<'de> for ColorVisitor {
-            type Value = Color;
+written! {
+    Color: "3 numbers (linear, 0..=1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")",
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("3 numbers (linear, 0..=1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")")
-            }
+    fn visit_f64<E: Error>(self, v: f64) -> Result<Color, E> {
+        refuse_bytes([v; 3])?;
+        Ok(Color([v as f32; 3]))
+    }
 
-            fn visit_f64<E: Error>(self, v: f64) -> Result<Color, E> {
-                refuse_bytes([v; 3])?;
-                Ok(Color([v as f32; 3]))
-            }
+    fn visit_i64<E: Error>(self, v: i64) -> Result<Color, E> {
+        self.visit_f64(v as f64)
+    }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Color, E> {
-                self.visit_f64(v as f64)
-            }
-
-            fn visit_str<E: Error>(self, v: &str) -> Result<Color, E> {
-                let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6 && !hex.contains('+'));
-                let byte = |i| hex.and_then(|hex| u8::from_str_radix(hex.get(i..i + 2)?, 16).ok());
-                if let [Some(r), Some(g), Some(b)] = [byte(0), byte(2), byte(4)] {
-                    return Ok(Color(linear_from_srgb8([r, g, b])));
-                }
-                if let Some(srgb) = srgb8_of_name(v) {
-                    return Ok(Color(linear_from_srgb8(srgb)));
-                }
-                let near = if v.starts_with('#') { String::new() } else { suggestion(v, color_names::names()) };
-                Err(E::custom(format_args!("{v:?}: expected {}{near}", &self as &dyn Expected)))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
-                let mut rgb = [0.0_f64; 3];
-                for (i, value) in rgb.iter_mut().enumerate() {
-                    *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
-                }
-                refuse_bytes(rgb)?;
-                Ok(Color(rgb.map(|value| value as f32)))
-            }
+    fn visit_str<E: Error>(self, v: &str) -> Result<Color, E> {
+        let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6 && !hex.contains('+'));
+        let byte = |i| hex.and_then(|hex| u8::from_str_radix(hex.get(i..i + 2)?, 16).ok());
+        if let [Some(r), Some(g), Some(b)] = [byte(0), byte(2), byte(4)] {
+            return Ok(Color(linear_from_srgb8([r, g, b])));
         }
-        deserializer.deserialize_any(ColorVisitor)
+        if let Some(srgb) = srgb8_of_name(v) {
+            return Ok(Color(linear_from_srgb8(srgb)));
+        }
+        let near = if v.starts_with('#') { String::new() } else { suggestion(v, color_names::names()) };
+        Err(E::custom(format_args!("{v:?}: expected {}{near}", &self as &dyn Expected)))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
+        let mut rgb = [0.0_f64; 3];
+        for (i, value) in rgb.iter_mut().enumerate() {
+            *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+        }
+        refuse_bytes(rgb)?;
+        Ok(Color(rgb.map(|value| value as f32)))
     }
 }
 
@@ -199,19 +172,11 @@ fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     )))
 }
 
-impl JsonSchema for Color {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Color".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "anyOf": [
-            { "type": "array", "items": { "type": "number", "minimum": 0, "maximum": 1 }, "minItems": 3, "maxItems": 3 },
-            { "type": "number", "minimum": 0, "maximum": 1 },
-            { "type": "string", "pattern": "^(#[0-9a-fA-F]{6}|[a-zA-Z]+)$" },
-        ] })
-    }
-}
+written_schema!(Color, "Color", |_| schemars::json_schema!({ "anyOf": [
+    { "type": "array", "items": { "type": "number", "minimum": 0, "maximum": 1 }, "minItems": 3, "maxItems": 3 },
+    { "type": "number", "minimum": 0, "maximum": 1 },
+    { "type": "string", "pattern": "^(#[0-9a-fA-F]{6}|[a-zA-Z]+)$" },
+] }));
 
 /// `{ levels, scheme }`.
 #[derive(serde::Deserialize, JsonSchema)]
@@ -224,78 +189,46 @@ struct RefineTable {
     scheme: Scheme,
 }
 
-impl<'de> Deserialize<'de> for Refine {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct RefineVisitor;
-        impl<'de> Visitor<'de> for RefineVisitor {
-            type Value = Refine;
+written! {
+    Refine: "a whole number of levels or a table { levels, scheme }",
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a whole number of levels or a table { levels, scheme }")
-            }
+    fn visit_i64<E: Error>(self, v: i64) -> Result<Refine, E> {
+        let levels = u32::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+        Ok(Refine { levels, scheme: Scheme::default() })
+    }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Refine, E> {
-                let levels = u32::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
-                Ok(Refine { levels, scheme: Scheme::default() })
-            }
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Refine, A::Error> {
+        let RefineTable { levels, scheme } = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Refine { levels, scheme })
+    }
+}
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Refine, A::Error> {
-                let RefineTable { levels, scheme } = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Refine { levels, scheme })
-            }
+written_schema!(Refine, "Refine", |generator| {
+    let table = generator.subschema_for::<RefineTable>();
+    schemars::json_schema!({ "anyOf": [{ "type": "integer", "minimum": 0 }, table] })
+});
+
+written! {
+    Wraps: "\"repeat\", \"clamp\" or \"mirror\", or a list of two of them",
+
+    fn visit_str<E: Error>(self, v: &str) -> Result<Wraps, E> {
+        let wrap = Wrap::deserialize(serde::de::value::StrDeserializer::new(v))?;
+        Ok(Wraps([wrap; 2]))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Wraps, A::Error> {
+        let mut wraps = [Wrap::default(); 2];
+        for (i, wrap) in wraps.iter_mut().enumerate() {
+            *wrap = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
         }
-        deserializer.deserialize_any(RefineVisitor)
+        Ok(Wraps(wraps))
     }
 }
 
-impl JsonSchema for Refine {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Refine".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let table = generator.subschema_for::<RefineTable>();
-        schemars::json_schema!({ "anyOf": [{ "type": "integer", "minimum": 0 }, table] })
-    }
-}
-
-impl<'de> Deserialize<'de> for Wraps {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct WrapsVisitor;
-        impl<'de> Visitor<'de> for WrapsVisitor {
-            type Value = Wraps;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("\"repeat\", \"clamp\" or \"mirror\", or a list of two of them")
-            }
-
-            fn visit_str<E: Error>(self, v: &str) -> Result<Wraps, E> {
-                let wrap = Wrap::deserialize(serde::de::value::StrDeserializer::new(v))?;
-                Ok(Wraps([wrap; 2]))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Wraps, A::Error> {
-                let mut wraps = [Wrap::default(); 2];
-                for (i, wrap) in wraps.iter_mut().enumerate() {
-                    *wrap = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
-                }
-                Ok(Wraps(wraps))
-            }
-        }
-        deserializer.deserialize_any(WrapsVisitor)
-    }
-}
-
-impl JsonSchema for Wraps {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Wraps".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let wrap = generator.subschema_for::<Wrap>();
-        schemars::json_schema!({ "anyOf": [wrap, { "type": "array", "items": wrap, "minItems": 2, "maxItems": 2 }] })
-    }
-}
+written_schema!(Wraps, "Wraps", |generator| {
+    let wrap = generator.subschema_for::<Wrap>();
+    schemars::json_schema!({ "anyOf": [wrap, { "type": "array", "items": wrap, "minItems": 2, "maxItems": 2 }] })
+});
 
 /// The JSON Schema of a list, or of a table that stands for a list of one.
 pub(crate) fn one_or_many<T: JsonSchema>(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {

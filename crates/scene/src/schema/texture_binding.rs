@@ -39,9 +39,7 @@ impl TextureBinding {
     }
 
     fn bind_principled(&self, model: &mut MaterialModel, plain: bool) -> bool {
-        let Some(p) = model.as_principled_mut() else {
-            return false;
-        };
+        let Some(p) = model.as_principled_mut() else { return false };
         let slot = Some(self.slot);
         let number = match self.key {
             "metallic" => &mut p.metallic,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::texture::cache::paged::PagedTexels;
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8};
 
@@ -94,7 +94,7 @@ impl Texels {
     ///
     /// # Errors
     /// [`SceneError::Storage`] where the file that they are in cannot be read.
-    pub fn in_memory(&self) -> Result<Cow<'_, Texels>, SceneError> {
+    pub fn in_memory(&self) -> Result<Cow<'_, Texels>> {
         Ok(match self {
             Self::Paged(texels) => Cow::Owned(texels.read_all()?.into()),
             texels => Cow::Borrowed(texels),
@@ -105,7 +105,7 @@ impl Texels {
     ///
     /// # Errors
     /// Those of [`Texels::in_memory`].
-    pub(crate) fn into_memory(self) -> Result<Texels, SceneError> {
+    pub(crate) fn into_memory(self) -> Result<Texels> {
         match self {
             Self::Paged(texels) => Ok(texels.read_all()?.into()),
             texels => Ok(texels),
@@ -161,8 +161,7 @@ fn file_name<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error
 
 /// The same image is the same data wherever its texels lie.
 fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::Error> {
-    let texels = texels.in_memory().map_err(serde::ser::Error::custom)?;
-    texels.serialize(serializer)
+    texels.in_memory().map_err(serde::ser::Error::custom)?.serialize(serializer)
 }
 
 impl Image {
@@ -170,7 +169,7 @@ impl Image {
     ///
     /// # Errors
     /// [`SceneError::World`] where it has not, has none, or has some that are not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         let Image { name, size, texels } = self;
         let [width, height] = *size;
         if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {

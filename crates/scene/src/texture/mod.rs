@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 pub use self::image::{Image, Texels};
-use crate::error::SceneError;
+use crate::error::Result;
 pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};
 
@@ -120,7 +120,7 @@ impl Texture {
     ///
     /// # Errors
     /// Those of [`Image::validate`].
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         self.image.validate()
     }
 

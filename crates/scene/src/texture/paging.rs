@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::error::SceneError;
+use crate::error::Result;
 use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
 use crate::texture::cache::{TextureCache, storage_error};
 use crate::texture::image::{Image, Texels};
@@ -14,7 +14,7 @@ impl TextureCache {
     ///
     /// # Errors
     /// Those of [`Image::validate`] and [`TextureCache::page_out`].
-    pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+    pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>> {
         image.validate()?;
         self.count(&image);
         if self.is_exceeded() { self.page_out(&image).map(Arc::new) } else { Ok(image) }
@@ -28,8 +28,8 @@ impl TextureCache {
     /// The image with its texels, and those of its mip map, in the temporary file.
     ///
     /// # Errors
-    /// [`SceneError::Storage`] where that cannot be written.
-    pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image, SceneError> {
+    /// [`crate::SceneError::Storage`] where that cannot be written.
+    pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image> {
         if matches!(image.texels, Texels::Paged(_)) {
             return Ok(image.clone());
         }
@@ -47,7 +47,7 @@ impl TextureCache {
     }
 
     /// Writes an image's tiles: rows of tiles from the top, each from the left.
-    fn write(&self, image: &Image) -> Result<Level, SceneError> {
+    fn write(&self, image: &Image) -> Result<Level> {
         let [width, height] = image.size.map(|n| n as usize);
         let file = self.file()?;
         let (mut offset, mut bytes) = (None, Vec::new());

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use self::track::KeyframeInterpolation;
 use self::track::Track;
 use crate::camera::{Camera, Pose};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::rotation;
 use crate::up::Up;
 
@@ -71,7 +71,7 @@ impl Video {
     ///
     /// # Errors
     /// [`SceneError`] where it moves others, or has no length or no end.
-    pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<()> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(format!("the video moves rig {id} of {rigs}")));
         }
@@ -106,7 +106,7 @@ impl Video {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
-    pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
+    pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera> {
         let moved = self.camera_pose(base, time)?;
         let still = self.orbit.is_none() && self.camera == KeyframedMotion::default();
         let Some(shutter) = base.motion().filter(|shutter| shutter.is_static() && !still) else {
@@ -119,7 +119,7 @@ impl Video {
         moved.with_motion(motion)
     }
 
-    fn camera_pose(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
+    fn camera_pose(&self, base: &Camera, time: f64) -> Result<Camera> {
         if let Some(orbit) = &self.orbit {
             let angle = orbit.degrees * (time / self.seconds);
             if angle == 0.0 {
@@ -149,7 +149,7 @@ impl Video {
 }
 
 /// Checks the length of a video.
-pub(crate) fn check_length(fps: f64, seconds: f64) -> Result<(), SceneError> {
+pub(crate) fn check_length(fps: f64, seconds: f64) -> Result<()> {
     if !(fps.is_finite() && fps > 0.0) {
         return Err(SceneError::schema("fps", format!("{fps}: expected a finite number greater than 0")));
     }

@@ -4,7 +4,7 @@ use glam::DMat3;
 
 use super::Video;
 use crate::camera::{Camera, PixelCenter, Pose, Rig};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::rotation;
 
 impl Video {
@@ -13,19 +13,14 @@ impl Video {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
-    pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
+    pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig> {
         let moved = self.rig_pose(rig, index, time)?;
-        let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else {
-            return Ok(moved);
-        };
-        let motion = shutter.resampled(|since_middle| {
-            let then = self.rig_pose(rig, index, time + since_middle)?;
-            Ok(then.body())
-        })?;
+        let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else { return Ok(moved) };
+        let motion = shutter.resampled(|since_middle| Ok(self.rig_pose(rig, index, time + since_middle)?.body()))?;
         moved.with_motion(motion)
     }
 
-    fn rig_pose(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
+    fn rig_pose(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig> {
         let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
         let body = rig.body();
         let Some((_, motion)) = own else {

@@ -52,13 +52,9 @@ impl<T: Interpolate> Track<T> {
     /// The value at a time; before the first key and after the last, theirs. `None` without keys.
     pub fn evaluate(&self, time: f64) -> Option<T> {
         let next = self.keys.partition_point(|key| key.time <= time);
-        let Some(i) = next.checked_sub(1) else {
-            return self.keys.first().map(|key| key.value);
-        };
+        let Some(i) = next.checked_sub(1) else { return self.keys.first().map(|key| key.value) };
         let from = &self.keys[i];
-        let Some(to) = self.keys.get(next) else {
-            return Some(from.value);
-        };
+        let Some(to) = self.keys.get(next) else { return Some(from.value) };
         let span = to.time - from.time;
         let s = (time - from.time) / span;
         Some(match from.interpolation {

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3};
 use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
 use crate::animation::{NodeTree, flattened};
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 use crate::math::rotation;
 use crate::up::Up;
 use crate::video::KeyframedMotion;
@@ -19,7 +19,7 @@ impl World {
     ///
     /// # Errors
     /// Those of [`World::animated_at`] and of [`World::at_video_time`].
-    pub fn at_time(&self, clock: WorldTime) -> Result<World, SceneError> {
+    pub fn at_time(&self, clock: WorldTime) -> Result<World> {
         let moved = match (&self.node_tree, clock.animation) {
             (None, None) => self.at_video_time(clock.time)?,
             _ => self.animated_at(clock.animation.unwrap_or(0), clock.time)?.at_video_time(clock.time)?,
@@ -38,7 +38,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
-    pub fn at_video_time(&self, time: f64) -> Result<World, SceneError> {
+    pub fn at_video_time(&self, time: f64) -> Result<World> {
         let animation = None;
         let mut moved = World { time: Some(WorldTime { time, animation }), ..self.clone() };
         for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
@@ -53,7 +53,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
-    pub fn find_animation(&self, name: &str) -> Result<usize, SceneError> {
+    pub fn find_animation(&self, name: &str) -> Result<usize> {
         let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
@@ -68,7 +68,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such animation.
-    pub fn animated_at(&self, animation: usize, time: f64) -> Result<World, SceneError> {
+    pub fn animated_at(&self, animation: usize, time: f64) -> Result<World> {
         let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
             Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
@@ -80,10 +80,8 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where a camera cannot be placed.
-    pub fn at_rest(mut self) -> Result<World, SceneError> {
-        let Some(rig) = &mut self.node_tree else {
-            return Ok(self);
-        };
+    pub fn at_rest(mut self) -> Result<World> {
+        let Some(rig) = &mut self.node_tree else { return Ok(self) };
         let rig = Arc::make_mut(rig);
         let pose = rig.evaluate(None);
         let rests: Vec<_> = (rig.objects.iter()).map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new)).collect();
@@ -95,7 +93,7 @@ impl World {
         self.apply_pose(&pose, &rig)
     }
 
-    fn apply_pose(&self, pose: &EvaluatedNodes, rig: &NodeTree) -> Result<World, SceneError> {
+    fn apply_pose(&self, pose: &EvaluatedNodes, rig: &NodeTree) -> Result<World> {
         let mut world = self.clone();
         let rest = rig.evaluate(None);
         for mount in &rig.objects {
@@ -154,7 +152,7 @@ impl World {
 
 impl KeyframedMotion {
     /// world_from_mesh of an object at a time.
-    pub(crate) fn world_from_mesh_at(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3, SceneError> {
+    pub(crate) fn world_from_mesh_at(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3> {
         let location = self.location.evaluate(time).unwrap_or(object.world_from_mesh.translation);
         let world_from_body = match (self.target.evaluate(time), self.rotation.evaluate(time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
@@ -165,9 +163,7 @@ impl KeyframedMotion {
                 ))
             })?,
             (None, Some(rotation)) => DMat3::from_quat(rotation),
-            (None, None) => {
-                return Ok(DAffine3 { translation: location, ..object.world_from_mesh });
-            }
+            (None, None) => return Ok(DAffine3 { translation: location, ..object.world_from_mesh }),
         };
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();

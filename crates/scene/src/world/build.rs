@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::camera::{Camera, NamedCamera};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -33,7 +33,7 @@ impl World {
     ///
     /// # Errors
     /// Those of [`Material::validate`], and a texture that there is not.
-    pub fn add_material(&mut self, material: Material) -> Result<usize, SceneError> {
+    pub fn add_material(&mut self, material: Material) -> Result<usize> {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
             return Err(SceneError::World(format!("texture {} of {}", slot.texture, self.textures.len())));
@@ -59,7 +59,7 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are
     /// fewer materials than slots.
-    pub fn add_object(&mut self, mut object: Object) -> Result<usize, SceneError> {
+    pub fn add_object(&mut self, mut object: Object) -> Result<usize> {
         let fail = |message: String| Err(SceneError::World(message));
         let Some(mesh) = self.meshes.get(object.mesh) else {
             return fail(format!("object {:?} has mesh {} of {}", object.name, object.mesh, self.meshes.len()));
@@ -94,7 +94,7 @@ impl World {
     ///
     /// # Errors
     /// Those of [`Light::validate`].
-    pub fn add_light(&mut self, mut light: Light) -> Result<usize, SceneError> {
+    pub fn add_light(&mut self, mut light: Light) -> Result<usize> {
         light.validate()?;
         self.notices.extend(light.clamp_negative_texels());
         self.lights.push(light);

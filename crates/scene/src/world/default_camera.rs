@@ -3,7 +3,7 @@
 use glam::{BVec3, DVec2, DVec3};
 
 use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::up::Up;
 use crate::world::World;
 
@@ -17,7 +17,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError`] where there is neither a camera nor anything to frame, or the size is out of range.
-    pub fn default_camera(&self, size: [u32; 2]) -> Result<Camera, SceneError> {
+    pub fn default_camera(&self, size: [u32; 2]) -> Result<Camera> {
         if let Some(first) = self.cameras.first() {
             return Ok(first.camera.clone());
         }

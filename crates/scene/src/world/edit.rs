@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use crate::camera::Camera;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::light::Light;
 use crate::world::World;
 use crate::world::names::Names;
@@ -14,7 +14,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such object.
-    pub fn remove_object(&mut self, id: usize) -> Result<(), SceneError> {
+    pub fn remove_object(&mut self, id: usize) -> Result<()> {
         self.check_object(id)?;
         let before = self.parts_in_use();
         self.objects.remove(id);
@@ -35,7 +35,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such object, or the transform flattens it or is not finite.
-    pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<(), SceneError> {
+    pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<()> {
         self.check_object(id)?;
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
             return Err(SceneError::World(format!(
@@ -71,7 +71,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such light, and those of [`Light::validate`].
-    pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<(), SceneError> {
+    pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<()> {
         self.check_light(number)?;
         light.validate()?;
         self.notices.extend(light.clamp_negative_texels());
@@ -84,7 +84,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such light.
-    pub fn remove_light(&mut self, number: usize) -> Result<(), SceneError> {
+    pub fn remove_light(&mut self, number: usize) -> Result<()> {
         self.check_light(number)?;
         self.lights.remove(number);
         self.change_tree(|tree| tree.lights.retain_mut(|mount| follow(&mut mount.light, number)));
@@ -95,7 +95,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
-    pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<(), SceneError> {
+    pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras[number].camera = camera;
         self.change_tree(|tree| tree.cameras.retain(|mount| mount.camera != number));
@@ -106,7 +106,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
-    pub fn remove_camera(&mut self, name: &str) -> Result<(), SceneError> {
+    pub fn remove_camera(&mut self, name: &str) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras.remove(number);
         self.change_tree(|tree| tree.cameras.retain_mut(|mount| follow(&mut mount.camera, number)));
@@ -114,7 +114,7 @@ impl World {
     }
 
     /// The number of a camera that is no part of a rig.
-    fn own_camera(&self, name: &str) -> Result<usize, SceneError> {
+    fn own_camera(&self, name: &str) -> Result<usize> {
         self.find_camera(name)?;
         for rig in &self.rigs {
             let of_rig = name.strip_prefix(rig.name()).is_some_and(|rest| rest.starts_with('/'));
@@ -133,7 +133,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is none.
-    pub fn check_object(&self, id: usize) -> Result<(), SceneError> {
+    pub fn check_object(&self, id: usize) -> Result<()> {
         check_number("object", id, self.objects.len())
     }
 
@@ -141,12 +141,12 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is none.
-    pub fn check_light(&self, number: usize) -> Result<(), SceneError> {
+    pub fn check_light(&self, number: usize) -> Result<()> {
         check_number("light", number, self.lights.len())
     }
 }
 
-fn check_number(what: &str, number: usize, count: usize) -> Result<(), SceneError> {
+fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
     if number < count {
         return Ok(());
     }

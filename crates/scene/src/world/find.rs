@@ -1,7 +1,7 @@
 //! Parts of a world by their names.
 
 use crate::camera::NamedCamera;
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
 impl World {
@@ -9,7 +9,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
-    pub fn find_camera(&self, name: &str) -> Result<&NamedCamera, SceneError> {
+    pub fn find_camera(&self, name: &str) -> Result<&NamedCamera> {
         self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names = self.cameras.iter().map(|camera| camera.name.as_str());
             let count = self.cameras.len();
@@ -21,7 +21,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
-    pub fn find_object(&self, name: &str) -> Result<usize, SceneError> {
+    pub fn find_object(&self, name: &str) -> Result<usize> {
         self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
             let names = self.objects.iter().map(|object| object.name.as_str());
             let count = self.objects.len();

@@ -1,7 +1,7 @@
 //! Rigs of a world.
 
 use crate::camera::{NamedCamera, Rig};
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 use crate::world::names::Names;
 
@@ -10,7 +10,7 @@ impl World {
     ///
     /// # Errors
     /// Those of [`Rig::cameras`].
-    pub fn add_rig(&mut self, rig: Rig) -> Result<usize, SceneError> {
+    pub fn add_rig(&mut self, rig: Rig) -> Result<usize> {
         let cameras = rig.cameras()?;
         let mut names = Names::default();
         for rig in &self.rigs {
@@ -28,7 +28,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
-    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
+    pub fn find_rig(&self, name: &str) -> Result<usize> {
         self.rigs.iter().position(|rig| rig.name() == name).ok_or_else(|| {
             let count = self.rigs.len();
             SceneError::World(format!(

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::texture::cache::mebibytes;
 use crate::texture::{Image, Texels, Texture, TextureCache};
 use crate::world::World;
@@ -14,7 +14,7 @@ impl World {
     ///
     /// # Errors
     /// Those of [`World::page_textures`].
-    pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self, SceneError> {
+    pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self> {
         let mut known = HashSet::new();
         for texture in &self.textures {
             if known.insert(Arc::as_ptr(&texture.image)) {
@@ -30,7 +30,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where they do not.
-    pub fn check_textures_in_memory(&self) -> Result<(), SceneError> {
+    pub fn check_textures_in_memory(&self) -> Result<()> {
         match &self.texture_cache {
             Some(memory) if memory.is_exceeded() => Err(SceneError::World(format!(
                 "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
@@ -46,10 +46,8 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be written.
-    pub fn page_textures(&mut self) -> Result<(), SceneError> {
-        let Some(memory) = &self.texture_cache else {
-            return Ok(());
-        };
+    pub fn page_textures(&mut self) -> Result<()> {
+        let Some(memory) = &self.texture_cache else { return Ok(()) };
         if !memory.is_exceeded() {
             return Ok(());
         }

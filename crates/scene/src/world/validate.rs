@@ -1,7 +1,7 @@
 //! Validation of a world that came as data.
 
 use crate::animation::{AnimatedMaterial, NodeCamera, NodeLight, NodeObject, NodeTree, Skin};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::world::World;
 
 impl World {
@@ -9,7 +9,7 @@ impl World {
     ///
     /// # Errors
     /// Those of the methods that add its parts.
-    pub fn validated(mut self) -> Result<World, SceneError> {
+    pub fn validated(mut self) -> Result<World> {
         for mesh in &self.meshes {
             mesh.validate()?;
         }
@@ -49,7 +49,7 @@ impl NodeTree {
     ///
     /// # Errors
     /// [`SceneError::World`] where one does not.
-    pub(crate) fn validate(&self, world: &World) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self, world: &World) -> Result<()> {
         let nodes = self.nodes.len();
         let node = |node: usize| node < nodes;
         let in_skin =

@@ -1,6 +1,6 @@
 //! Variants of a world: the same things in other materials.
 
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
 impl World {
@@ -8,7 +8,7 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
-    pub fn with_variant(&self, name: &str) -> Result<World, SceneError> {
+    pub fn with_variant(&self, name: &str) -> Result<World> {
         let Some(variant) = self.variants.iter().find(|variant| variant.name == name) else {
             let names = self.variants.iter().map(|variant| &variant.name[..]);
             let count = self.variants.len();

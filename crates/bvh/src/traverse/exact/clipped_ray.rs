@@ -122,9 +122,7 @@ impl ClippedRay {
         triangles: &dyn ExactTriangles,
         accepts: impl Fn(&ExactHit) -> bool,
     ) {
-        let Some(found) = self.ray.intersect(corners) else {
-            return;
-        };
+        let Some(found) = self.ray.intersect(corners) else { return };
         let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
         if self.ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
             let t = if self.any_hit { DONE } else { found.t };

@@ -93,9 +93,7 @@ impl RaySearch for CrossingSearch<'_> {
     #[inline(always)]
     fn visit(&mut self, (instance, triangle): (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles) {
         let ray = &self.ray.ray;
-        let Some(found) = ray.cross(corners) else {
-            return;
-        };
+        let Some(found) = ray.cross(corners) else { return };
         if !ray.is_within(&found, corners, self.range) {
             return;
         }
@@ -163,9 +161,7 @@ impl<'a, 'b, 'r, W: Iterator<Item = (usize, &'r ExactRay)>> RaySource<ExactRaySt
     #[inline(always)]
     fn start(&mut self, state: &mut ExactRayState<'a, CrossingSearch<'b>>) -> bool {
         for (number, ray) in &mut self.rays {
-            let Some(ray) = ClippedRay::new(self.scene, ray) else {
-                continue;
-            };
+            let Some(ray) = ClippedRay::new(self.scene, ray) else { continue };
             let wanted = match self.answers {
                 Crossings::Count(_) => Wanted::Count,
                 Crossings::SignedCount(_) => Wanted::SignedCount,
@@ -182,9 +178,7 @@ impl<'a, 'b, 'r, W: Iterator<Item = (usize, &'r ExactRay)>> RaySource<ExactRaySt
 
     #[inline(always)]
     fn finish(&mut self, state: &mut ExactRayState<'a, CrossingSearch<'b>>) {
-        let (Some(search), number) = (&mut state.search, state.ray_id) else {
-            return;
-        };
+        let (Some(search), number) = (&mut state.search, state.ray_id) else { return };
         match self.answers {
             Crossings::Count(counts) | Crossings::SignedCount(counts) => counts[number] = search.count,
             Crossings::List { .. } => {

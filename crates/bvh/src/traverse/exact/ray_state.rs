@@ -119,9 +119,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
     /// Returns to the TLAS.
     #[inline(always)]
     fn enter_tlas(&mut self, scene: &'a Scene) -> bool {
-        let Some(search) = &self.search else {
-            return false;
-        };
+        let Some(search) = &self.search else { return false };
         let ray = search.clipped_ray();
         let ([x, y, z], [dx, dy, dz], scale) = (ray.local_origin, ray.ray.direction, scene.scale);
         let start = [x as f32, y as f32, z as f32];
@@ -239,9 +237,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
     /// Loads the first candidate that float32 does not decide.
     #[inline(always)]
     fn load_triangle<I: Isa>(&mut self) {
-        let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else {
-            return;
-        };
+        let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else { return };
         let leaf = leaf(self.blocks, self.node);
         if search.takes_sure() {
             let sure = sure_crossings::<I>(leaf, &self.ray, self.off, self.t_max);
@@ -256,9 +252,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
 
     #[inline(always)]
     fn step_triangles<I: Isa>(&mut self) {
-        let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else {
-            return;
-        };
+        let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else { return };
         let leaf = leaf(self.blocks, self.node);
         if self.candidates != 0 && !search.clipped_ray().is_done() {
             search.visit((self.instance, self.triangle), self.corners, self.triangles);

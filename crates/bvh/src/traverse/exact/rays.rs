@@ -239,9 +239,7 @@ impl RaySoa64 {
     ) -> bool {
         let ray = self.sheared_ray(i);
         let i = i & (PACKET_SIZE - 1);
-        let Some(found) = ray.intersect(corners) else {
-            return false;
-        };
+        let Some(found) = ray.intersect(corners) else { return false };
         let so_far = HitSoFar::new(0.0, self.t_hit[i], self.t_error[i], &hits[i]);
         if !ray.precedes(&found, corners, triangle, &so_far, triangles) {
             return false;

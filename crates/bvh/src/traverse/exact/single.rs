@@ -62,9 +62,7 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
     fn start(&mut self, state: &mut ExactRayState<'a, HitSearch<'b>>) -> bool {
         for number in &mut self.numbers {
             self.hits[number] = ExactHit::MISS;
-            let Some(mut ray) = ClippedRay::new(self.scene, &self.rays[number]) else {
-                continue;
-            };
+            let Some(mut ray) = ClippedRay::new(self.scene, &self.rays[number]) else { continue };
             ray.any_hit = self.any_hit;
             if state.begin(self.scene, number, HitSearch { ray, number, filter: self.filter }, None) {
                 return true;

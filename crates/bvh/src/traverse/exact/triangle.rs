@@ -248,9 +248,7 @@ impl ShearedRay {
         triangles: &dyn ExactTriangles,
     ) -> bool {
         let t = self.precise_t(corners);
-        let Some((other_instance, other_triangle)) = so_far.id else {
-            return t <= so_far.t;
-        };
+        let Some((other_instance, other_triangle)) = so_far.id else { return t <= so_far.t };
         let other = self.precise_t(triangles.corners(other_instance, other_triangle));
         t < other || t == other && triangle < (other_instance, other_triangle)
     }

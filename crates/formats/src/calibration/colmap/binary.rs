@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use crate::calibration::colmap::records::{self, ModelFormat, RecordReader, RecordWriter};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Names and numbers of parameters of the camera models by their ids (`sensor/models.h`).
 const MODELS: [(&str, usize); 18] = [
@@ -38,11 +36,11 @@ pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     source.path.file_name().is_some_and(|name| Binary::NAMES.iter().any(|known| name == *known))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     records::read::<Binary>(source, assets)
 }
 
-pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     records::write::<Binary>(cameras)
 }
 
@@ -57,7 +55,7 @@ impl ModelFormat for Binary {
         !name.contains('\0')
     }
 
-    fn reader(file: &InputFile) -> Result<BinaryReader<'_>, FormatError> {
+    fn reader(file: &InputFile) -> Result<BinaryReader<'_>> {
         Ok(BinaryReader { path: &file.path, bytes: &file.bytes, offset: 0 })
     }
 }
@@ -70,7 +68,7 @@ pub(crate) struct BinaryReader<'a> {
 }
 
 impl<'a> BinaryReader<'a> {
-    fn read_bytes(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
+    fn read_bytes(&mut self, count: usize) -> Result<&'a [u8]> {
         let rest = self.bytes.get(self.offset..);
         let Some(bytes) = rest.and_then(|rest| rest.get(..count)) else {
             return Err(self.fail("the file ends here; is it cut off?".into()));
@@ -79,19 +77,19 @@ impl<'a> BinaryReader<'a> {
         Ok(bytes)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
         let mut array = [0; N];
         array.copy_from_slice(self.read_bytes(N)?);
         Ok(array)
     }
 
-    fn u64(&mut self) -> Result<u64, FormatError> {
+    fn u64(&mut self) -> Result<u64> {
         self.array().map(u64::from_le_bytes)
     }
 }
 
 impl RecordReader for BinaryReader<'_> {
-    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError> {
+    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
         // The count is not trusted with memory: records are added one by one.
         let mut records = Vec::new();
         for _ in 0..self.u64()? {
@@ -104,28 +102,28 @@ impl RecordReader for BinaryReader<'_> {
         FormatError::byte(self.path, self.offset, message)
     }
 
-    fn u32(&mut self, _: &str) -> Result<u32, FormatError> {
+    fn u32(&mut self, _: &str) -> Result<u32> {
         self.array().map(u32::from_le_bytes)
     }
 
-    fn size(&mut self, _: &str, what: &str) -> Result<u32, FormatError> {
+    fn size(&mut self, _: &str, what: &str) -> Result<u32> {
         let value = self.u64()?;
         u32::try_from(value).map_err(|_| self.fail(format!("{what} {value}")))
     }
 
-    fn f64(&mut self, _: &str) -> Result<f64, FormatError> {
+    fn f64(&mut self, _: &str) -> Result<f64> {
         self.array().map(f64::from_le_bytes)
     }
 
-    fn flag(&mut self, _: &str) -> Result<bool, FormatError> {
+    fn flag(&mut self, _: &str) -> Result<bool> {
         Ok(self.array::<1>()? != [0])
     }
 
-    fn is_camera(&mut self) -> Result<bool, FormatError> {
+    fn is_camera(&mut self) -> Result<bool> {
         Ok(self.u32("SENSOR_TYPE")? == 0)
     }
 
-    fn camera_model(&mut self, camera: u32) -> Result<String, FormatError> {
+    fn camera_model(&mut self, camera: u32) -> Result<String> {
         let number = self.u32("MODEL")?;
         match MODELS.get(number as usize) {
             Some((name, _)) => Ok((*name).to_owned()),
@@ -133,13 +131,13 @@ impl RecordReader for BinaryReader<'_> {
         }
     }
 
-    fn camera_params(&mut self, model: &str) -> Result<Vec<f64>, FormatError> {
+    fn camera_params(&mut self, model: &str) -> Result<Vec<f64>> {
         let known = MODELS.iter().find(|(name, _)| *name == model);
         let count = known.map_or(0, |(_, count)| *count);
         (0..count).map(|_| self.f64("PARAMS")).collect()
     }
 
-    fn image_name(&mut self) -> Result<String, FormatError> {
+    fn image_name(&mut self) -> Result<String> {
         let rest = self.bytes.get(self.offset..).unwrap_or_default();
         let length = rest.iter().position(|&b| b == 0).ok_or_else(|| self.fail("a name without an end".into()))?;
         let name =
@@ -148,11 +146,11 @@ impl RecordReader for BinaryReader<'_> {
         Ok(name.to_owned())
     }
 
-    fn end_record(&mut self) -> Result<(), FormatError> {
+    fn end_record(&mut self) -> Result<()> {
         Ok(())
     }
 
-    fn skip_points2d(&mut self) -> Result<(), FormatError> {
+    fn skip_points2d(&mut self) -> Result<()> {
         let points = usize::try_from(self.u64()?).ok();
         let length = points.and_then(|points| points.checked_mul(POINT2D_BYTES));
         self.read_bytes(length.unwrap_or(usize::MAX))?;

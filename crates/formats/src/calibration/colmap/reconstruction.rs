@@ -6,11 +6,9 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{PixelCenter, camera};
 
-use crate::calibration::files::Calibration;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig_mount::RigMount;
-use crate::error::FormatError;
+use crate::calibration::{Calibration, CameraRecord, Pose, Rotation};
+use crate::error::{FormatError, Result};
 
 /// Quaternion w x y z, translation x y z.
 pub(crate) type RigidPose = [f64; 7];
@@ -70,7 +68,7 @@ pub(crate) fn is_rigid(rigid: &RigidPose) -> bool {
 
 impl Reconstruction {
     /// The cameras of the images, or those without images where there are none.
-    pub(crate) fn calibration(&self, path: &Path) -> Result<Calibration, FormatError> {
+    pub(crate) fn calibration(&self, path: &Path) -> Result<Calibration> {
         let fail = |message: String| FormatError::whole(path, message);
         let mut calibration = Calibration::default();
         let mut cameras = HashMap::new();
@@ -110,7 +108,7 @@ impl Reconstruction {
     fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,
-    ) -> Result<HashMap<u32, (Pose, Option<RigMount>)>, FormatError> {
+    ) -> Result<HashMap<u32, (Pose, Option<RigMount>)>> {
         let rigs: HashMap<u32, &Rig> = self.rigs.iter().map(|rig| (rig.id, rig)).collect();
         let mut placed = HashMap::new();
         for frame in &self.frames {
@@ -138,10 +136,7 @@ impl Reconstruction {
     }
 
     /// The model of cameras; equal intrinsics become one camera, but on a rig, where each camera is its own.
-    pub(crate) fn from_records(
-        records: &[CameraRecord],
-        names_fit: impl Fn(&str) -> bool,
-    ) -> Result<Self, FormatError> {
+    pub(crate) fn from_records(records: &[CameraRecord], names_fit: impl Fn(&str) -> bool) -> Result<Self> {
         let mut model = Self::default();
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
@@ -184,7 +179,7 @@ impl Reconstruction {
 
 impl Reconstruction {
     /// Adds a frame for every image and a rig for every camera. The axes of a rig are those of its first camera.
-    fn add_rigs_and_frames(&mut self, records: &[CameraRecord]) -> Result<(), FormatError> {
+    fn add_rigs_and_frames(&mut self, records: &[CameraRecord]) -> Result<()> {
         let mut rigs: Vec<(&str, Vec<PosedCamera<'_>>)> = Vec::new();
         let mut frames: Vec<(&str, &str, Frame)> = Vec::new();
         for (image, record) in self.images.iter().zip(records) {
@@ -259,7 +254,7 @@ fn add_rig_camera<'a>(
     camera: u32,
     record: &CameraRecord,
     mount: &'a RigMount,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     match cameras.iter().find(|(id, ..)| *id == camera) {
         None => cameras.push((camera, &mount.camera)),
         Some((_, pose)) if !poses_equal(pose, &mount.camera) => {
@@ -275,9 +270,7 @@ fn add_rig_camera<'a>(
 
 /// The poses of cameras from the first one, which is the reference and has none.
 fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPose>)> {
-    let Some((reference, rest)) = cameras.split_first() else {
-        return vec![];
-    };
+    let Some((reference, rest)) = cameras.split_first() else { return vec![] };
     let back = reference.1.inverted();
     let from_reference = |(id, pose): &PosedCamera<'_>| {
         let pose = match reference.1.is_identity() {

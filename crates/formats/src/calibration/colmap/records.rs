@@ -3,11 +3,9 @@
 use crate::calibration::colmap::reconstruction::{
     ColmapCamera, ColmapImage, Frame, Reconstruction, Rig, RigidPose, is_rigid,
 };
-use crate::calibration::files::{Calibration, OutputFiles};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Heads of the text files: cameras, images, rigs, frames, points.
 const HEADS: [&str; 5] = [
@@ -27,7 +25,7 @@ pub(crate) trait ModelFormat {
     type Reader<'a>: RecordReader;
     type Writer: RecordWriter;
 
-    fn reader(file: &InputFile) -> Result<Self::Reader<'_>, FormatError>;
+    fn reader(file: &InputFile) -> Result<Self::Reader<'_>>;
 
     /// True if the files can hold the name of an image.
     fn is_image_name(name: &str) -> bool;
@@ -36,36 +34,36 @@ pub(crate) trait ModelFormat {
 /// Reads the fields of a file in order. Names of fields are those of the heads, for errors.
 pub(crate) trait RecordReader {
     /// The results of `read` for every record of the file.
-    fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError>;
+    fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>>;
 
     /// The error of the record under way.
     fn fail(&self, message: String) -> FormatError;
 
-    fn u32(&mut self, field: &str) -> Result<u32, FormatError>;
+    fn u32(&mut self, field: &str) -> Result<u32>;
 
     /// A number of 64 bits in binary files; `what` introduces one that is too large in their error.
-    fn size(&mut self, field: &str, what: &str) -> Result<u32, FormatError>;
+    fn size(&mut self, field: &str, what: &str) -> Result<u32>;
 
-    fn f64(&mut self, field: &str) -> Result<f64, FormatError>;
+    fn f64(&mut self, field: &str) -> Result<f64>;
 
-    fn flag(&mut self, field: &str) -> Result<bool, FormatError>;
+    fn flag(&mut self, field: &str) -> Result<bool>;
 
     /// True if the next sensor is a camera.
-    fn is_camera(&mut self) -> Result<bool, FormatError>;
+    fn is_camera(&mut self) -> Result<bool>;
 
     /// The name of the model of a camera.
-    fn camera_model(&mut self, camera: u32) -> Result<String, FormatError>;
+    fn camera_model(&mut self, camera: u32) -> Result<String>;
 
     /// The parameters of a camera of this model.
-    fn camera_params(&mut self, model: &str) -> Result<Vec<f64>, FormatError>;
+    fn camera_params(&mut self, model: &str) -> Result<Vec<f64>>;
 
-    fn image_name(&mut self) -> Result<String, FormatError>;
+    fn image_name(&mut self) -> Result<String>;
 
     /// Ends a record: an error where a line goes on.
-    fn end_record(&mut self) -> Result<(), FormatError>;
+    fn end_record(&mut self) -> Result<()>;
 
     /// Skips the points of an image, which follow its record.
-    fn skip_points2d(&mut self) -> Result<(), FormatError>;
+    fn skip_points2d(&mut self) -> Result<()>;
 }
 
 /// Writes the fields of a file in order.
@@ -98,7 +96,7 @@ pub(crate) trait RecordWriter: Sized {
 }
 
 /// The cameras of the model whose files lie beside `source`.
-pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -> Result<Calibration, FormatError> {
+pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -> Result<Calibration> {
     let [cameras, images, rigs, frames, _] = F::NAMES;
     let mut model = Reconstruction::default();
     let mut open = |name: &str| assets.read_reference(&source.path, name);
@@ -115,7 +113,7 @@ pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -
 }
 
 /// `None` where the file is missing.
-fn optional(file: Result<InputFile, FormatError>) -> Result<Option<InputFile>, FormatError> {
+fn optional(file: Result<InputFile>) -> Result<Option<InputFile>> {
     match file {
         Ok(file) => Ok(Some(file)),
         Err(FormatError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -123,7 +121,7 @@ fn optional(file: Result<InputFile, FormatError>) -> Result<Option<InputFile>, F
     }
 }
 
-fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose, FormatError> {
+fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose> {
     let mut pose = [0.0; 7];
     for value in &mut pose {
         *value = reader.f64("number of a pose")?;
@@ -131,7 +129,7 @@ fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose, FormatError> {
     if is_rigid(&pose) { Ok(pose) } else { Err(reader.fail("no pose: a quaternion of length 0, or not finite".into())) }
 }
 
-fn read_camera(reader: &mut impl RecordReader) -> Result<ColmapCamera, FormatError> {
+fn read_camera(reader: &mut impl RecordReader) -> Result<ColmapCamera> {
     let id = reader.u32("CAMERA_ID")?;
     let model = reader.camera_model(id)?;
     let size = [reader.size("WIDTH", "a width of")?, reader.size("HEIGHT", "a height of")?];
@@ -140,7 +138,7 @@ fn read_camera(reader: &mut impl RecordReader) -> Result<ColmapCamera, FormatErr
     Ok(ColmapCamera { id, model, size, params })
 }
 
-fn read_image(reader: &mut impl RecordReader) -> Result<ColmapImage, FormatError> {
+fn read_image(reader: &mut impl RecordReader) -> Result<ColmapImage> {
     let image = ColmapImage {
         id: reader.u32("IMAGE_ID")?,
         pose: read_pose(reader)?,
@@ -152,7 +150,7 @@ fn read_image(reader: &mut impl RecordReader) -> Result<ColmapImage, FormatError
     Ok(image)
 }
 
-fn read_rig(reader: &mut impl RecordReader) -> Result<Rig, FormatError> {
+fn read_rig(reader: &mut impl RecordReader) -> Result<Rig> {
     let (id, count) = (reader.u32("RIG_ID")?, reader.u32("NUM_SENSORS")?);
     let mut cameras = Vec::new();
     let mut unplaced = Vec::new();
@@ -173,7 +171,7 @@ fn read_rig(reader: &mut impl RecordReader) -> Result<Rig, FormatError> {
     Ok(Rig { id, cameras, unplaced })
 }
 
-fn read_frame(reader: &mut impl RecordReader) -> Result<Frame, FormatError> {
+fn read_frame(reader: &mut impl RecordReader) -> Result<Frame> {
     let (id, rig) = (reader.u32("FRAME_ID")?, reader.u32("RIG_ID")?);
     let pose = read_pose(reader)?;
     let mut images = Vec::new();
@@ -189,7 +187,7 @@ fn read_frame(reader: &mut impl RecordReader) -> Result<Frame, FormatError> {
 }
 
 /// The files of the model of these cameras.
-pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFiles> {
     let model = Reconstruction::from_records(records, F::is_image_name)?;
     let files = [
         write_file::<F, _>(0, &model.cameras, write_camera),

@@ -5,11 +5,9 @@ use std::str::{FromStr, Lines, SplitAsciiWhitespace};
 
 use crate::calibration::colmap::records::{self, ModelFormat, RecordReader, RecordWriter};
 use crate::calibration::document::number_format::yaml_float;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     source.path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
@@ -17,11 +15,11 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         && text.lines().find(|line| !line.starts_with('#')).is_none_or(|line| line.split_whitespace().count() != 4)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     records::read::<Text>(source, assets)
 }
 
-pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     records::write::<Text>(cameras)
 }
 
@@ -36,7 +34,7 @@ impl ModelFormat for Text {
         !name.contains(|c: char| c.is_whitespace() || c == '\0')
     }
 
-    fn reader(file: &InputFile) -> Result<LineTokens<'_>, FormatError> {
+    fn reader(file: &InputFile) -> Result<LineTokens<'_>> {
         Ok(LineTokens {
             path: &file.path,
             lines: file.text()?.lines().enumerate(),
@@ -72,18 +70,18 @@ impl<'a> LineTokens<'a> {
         self.words.clone().next().is_none()
     }
 
-    fn word(&mut self, field: &str) -> Result<&'a str, FormatError> {
+    fn word(&mut self, field: &str) -> Result<&'a str> {
         self.words.next().ok_or_else(|| self.fail(format!("{field} is missing")))
     }
 
-    fn parse<T: FromStr>(&mut self, field: &str) -> Result<T, FormatError> {
+    fn parse<T: FromStr>(&mut self, field: &str) -> Result<T> {
         let word = self.word(field)?;
         word.parse().map_err(|_| self.fail(format!("{word:?} is no {field}")))
     }
 }
 
 impl RecordReader for LineTokens<'_> {
-    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError> {
+    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
         let mut records = Vec::new();
         while self.next_line().is_some() {
             if !self.is_empty() {
@@ -97,31 +95,31 @@ impl RecordReader for LineTokens<'_> {
         FormatError::line(self.path, self.line, message)
     }
 
-    fn u32(&mut self, field: &str) -> Result<u32, FormatError> {
+    fn u32(&mut self, field: &str) -> Result<u32> {
         self.parse(field)
     }
 
-    fn size(&mut self, field: &str, _: &str) -> Result<u32, FormatError> {
+    fn size(&mut self, field: &str, _: &str) -> Result<u32> {
         self.parse(field)
     }
 
-    fn f64(&mut self, field: &str) -> Result<f64, FormatError> {
+    fn f64(&mut self, field: &str) -> Result<f64> {
         self.parse(field)
     }
 
-    fn flag(&mut self, field: &str) -> Result<bool, FormatError> {
+    fn flag(&mut self, field: &str) -> Result<bool> {
         Ok(self.parse::<u8>(field)? != 0)
     }
 
-    fn is_camera(&mut self) -> Result<bool, FormatError> {
+    fn is_camera(&mut self) -> Result<bool> {
         Ok(self.word("SENSOR_TYPE")? == "CAMERA")
     }
 
-    fn camera_model(&mut self, _: u32) -> Result<String, FormatError> {
+    fn camera_model(&mut self, _: u32) -> Result<String> {
         Ok(self.word("MODEL")?.to_owned())
     }
 
-    fn camera_params(&mut self, _: &str) -> Result<Vec<f64>, FormatError> {
+    fn camera_params(&mut self, _: &str) -> Result<Vec<f64>> {
         let mut params = Vec::new();
         while let Some(word) = self.words.next() {
             let param = word.parse();
@@ -131,7 +129,7 @@ impl RecordReader for LineTokens<'_> {
     }
 
     /// The last field of a line, which may have spaces in it.
-    fn image_name(&mut self) -> Result<String, FormatError> {
+    fn image_name(&mut self) -> Result<String> {
         let first = self.word("NAME")?;
         let start = first.as_ptr().addr() - self.text.as_ptr().addr();
         let name = self.text[start..].trim();
@@ -139,7 +137,7 @@ impl RecordReader for LineTokens<'_> {
         Ok(name.to_owned())
     }
 
-    fn end_record(&mut self) -> Result<(), FormatError> {
+    fn end_record(&mut self) -> Result<()> {
         match self.words.next() {
             Some(word) => Err(self.fail(format!("{word:?} is more than belongs here"))),
             None => Ok(()),
@@ -147,7 +145,7 @@ impl RecordReader for LineTokens<'_> {
     }
 
     /// The line of points may be empty. A file whose last newline is missing ends without it.
-    fn skip_points2d(&mut self) -> Result<(), FormatError> {
+    fn skip_points2d(&mut self) -> Result<()> {
         if self.next_line().is_none() {
             return Ok(());
         }

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::calibration::document::{DocumentNode, Value};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Names of a camera's section, and the keys of the YAML file that means the same.
 const NAMES: [(&str, &str); 4] = [
@@ -21,7 +21,7 @@ pub(crate) fn detect(text: &str) -> bool {
 }
 
 /// The cameras of a file, each as the document of its YAML file.
-pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>, FormatError> {
+pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
     let mut size: Vec<(String, DocumentNode)> = Vec::new();
     let mut cameras: Vec<Vec<(String, DocumentNode)>> = Vec::new();
     let mut section = "";

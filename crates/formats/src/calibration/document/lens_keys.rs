@@ -1,7 +1,7 @@
 //! The rule that no lens vanishes: a key that looks like a lens, and is not read, is an error.
 
 use crate::calibration::document::{Cursor, DocumentNode, Value};
-use crate::error::FormatError;
+use crate::error::Result;
 
 /// A key in lower case, without `_`, `-`, `.` and spaces: people spell `dist_coeffs`, `distCoeffs` and `Dist.Coeffs`.
 pub(crate) fn plain(key: &str) -> String {
@@ -56,8 +56,8 @@ impl Cursor<'_> {
     /// Refuses a key with the name of a lens, and everything of such a name below it, whose numbers are not all 0.
     ///
     /// # Errors
-    /// [`FormatError::Syntax`] names the key.
-    pub(crate) fn refuse_lens(&self, key: &str) -> Result<(), FormatError> {
+    /// [`crate::FormatError::Syntax`] names the key.
+    pub(crate) fn refuse_lens(&self, key: &str) -> Result<()> {
         let scalar = matches!(self.node.value, Value::Scalar(_));
         let lens = looks_like_lens(key) || scalar && is_coefficient(key);
         if lens && has_value(self.node) {

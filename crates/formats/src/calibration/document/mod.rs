@@ -15,7 +15,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, suggestion};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Greatest depth of a tree.
 pub(crate) const MAX_DEPTH: usize = 32;
@@ -86,7 +86,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The entries of a map.
-    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>, FormatError> {
+    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>> {
         match &self.node.value {
             Value::Map(entries) => {
                 Ok(entries.iter().map(|(key, node)| (key.as_str(), self.child(key, node))).collect())
@@ -101,9 +101,7 @@ impl<'a> Cursor<'a> {
 
     /// The value of a key, if it is there and not null.
     pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
-        let Value::Map(entries) = &self.node.value else {
-            return None;
-        };
+        let Value::Map(entries) = &self.node.value else { return None };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
         let child = self.child(key, node);
         (!child.is_null()).then_some(child)
@@ -120,21 +118,19 @@ impl<'a> Cursor<'a> {
     }
 
     /// The value of a key that has to be there.
-    pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>, FormatError> {
+    pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>> {
         self.get(key).ok_or_else(|| self.fail(format_args!("{key} is missing")))
     }
 
-    pub(crate) fn word(&self) -> Result<&'a str, FormatError> {
+    pub(crate) fn word(&self) -> Result<&'a str> {
         match &self.node.value {
             Value::Scalar(word) => Ok(word),
             _ => Err(self.fail("expected a word")),
         }
     }
 
-    pub(crate) fn number(&self) -> Result<f64, FormatError> {
-        let Value::Scalar(word) = &self.node.value else {
-            return Err(self.fail("expected a number"));
-        };
+    pub(crate) fn number(&self) -> Result<f64> {
+        let Value::Scalar(word) = &self.node.value else { return Err(self.fail("expected a number")) };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(self.fail(format_args!("{word:?}: expected a finite number"))),
@@ -142,12 +138,12 @@ impl<'a> Cursor<'a> {
     }
 
     /// The number of a key, or another one where the key is not there.
-    pub(crate) fn number_or(&self, key: &str, otherwise: f64) -> Result<f64, FormatError> {
+    pub(crate) fn number_or(&self, key: &str, otherwise: f64) -> Result<f64> {
         self.get(key).map_or(Ok(otherwise), |at| at.number())
     }
 
     /// A number of pixels.
-    pub(crate) fn count(&self) -> Result<u32, FormatError> {
+    pub(crate) fn count(&self) -> Result<u32> {
         let number = self.number()?;
         if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
             return Err(self.fail(format_args!("{number}: expected a whole number from 0")));
@@ -156,16 +152,14 @@ impl<'a> Cursor<'a> {
     }
 
     /// The elements of a list.
-    pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>, FormatError> {
-        let Value::List(items) = &self.node.value else {
-            return Err(self.fail("expected a list"));
-        };
+    pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
+        let Value::List(items) = &self.node.value else { return Err(self.fail("expected a list")) };
         let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
     }
 
     /// Numbers in a list, in lists of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
-    pub(crate) fn numbers(&self) -> Result<Vec<f64>, FormatError> {
+    pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
             // OpenCV 5's opencv-nd-matrix.
@@ -199,19 +193,19 @@ impl<'a> Cursor<'a> {
     }
 
     /// The `N` numbers of the node.
-    pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N], FormatError> {
+    pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let count = numbers.len();
         numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
     }
 
     /// A 3x3 matrix, row by row.
-    pub(crate) fn matrix3(&self) -> Result<DMat3, FormatError> {
+    pub(crate) fn matrix3(&self) -> Result<DMat3> {
         Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
     }
 
     /// R and t of a 4x4 matrix, row by row.
-    pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3), FormatError> {
+    pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3)> {
         let numbers = self.numbers()?;
         let m: [f64; 12] = match numbers.len() {
             16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| self.fail(message))?,
@@ -222,20 +216,18 @@ impl<'a> Cursor<'a> {
     }
 
     /// The lens of a name that calibration tools use, with its coefficients.
-    pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens, FormatError> {
+    pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens> {
         lens_named(name, coefficients).map_err(|message| self.fail(message))
     }
 
     /// A notice for every key that is not in `known`; one that looks like a lens is an error.
-    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<String>, FormatError> {
+    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<String>> {
         self.unread_keys(|key| known.contains(&key))
     }
 
     /// The same, where a function tells the known keys.
-    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>, FormatError> {
-        let Value::Map(entries) = &self.node.value else {
-            return Ok(vec![]);
-        };
+    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>> {
+        let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
         let mut notices = Vec::new();
         for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::budget::Budget;
 use crate::calibration::document::zip_members::{self, ZipMember};
 use crate::calibration::document::{DocumentNode, Value};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The first bytes of a `.npy` file.
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -44,8 +44,7 @@ pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
 
 /// The shape of the array in a `.npy` file.
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
-    let header = NpyHeader::parse(bytes).ok()?;
-    Some(header.shape)
+    Some(NpyHeader::parse(bytes).ok()?.shape)
 }
 
 /// The shapes of the arrays in a `.npz` file, by their headers; None for another file.
@@ -57,7 +56,7 @@ pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
 }
 
 /// The arrays of a `.npz` file by name, in its order.
-pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<(String, NumpyArray)>, FormatError> {
+pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<(String, NumpyArray)>> {
     let fail = |message: String| FormatError::whole(path, message);
     let members = zip_members::members(bytes).map_err(fail)?;
     let named = |member: &ZipMember| member.name.strip_suffix(".npy").map(str::to_owned);

@@ -5,9 +5,7 @@ use glam::{DMat3, DVec3};
 /// The shortest decimal that gives the same float64, with the point and the signed exponent that YAML 1.1 asks for.
 pub(crate) fn yaml_float(value: f64) -> String {
     let text = format!("{value:?}");
-    let Some((mantissa, exponent)) = text.split_once('e') else {
-        return text;
-    };
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
     let point = if mantissa.contains('.') { "" } else { ".0" };
     let sign = if exponent.starts_with('-') { "" } else { "+" };
     format!("{mantissa}{point}e{sign}{exponent}")

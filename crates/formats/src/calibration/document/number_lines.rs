@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The lines that are neither empty nor comments (`#`), with their numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -11,16 +11,13 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// The `N` finite numbers of a line.
-pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N], FormatError> {
+pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N]> {
     let mut values = Vec::with_capacity(N);
     for word in text.split_whitespace() {
         match word.parse::<f64>() {
             Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
             Ok(_) if values.len() > N => break,
-            _ => {
-                let message = format!("{word:?}: expected a finite number");
-                return Err(FormatError::line(path, line, message));
-            }
+            _ => return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number"))),
         }
     }
     let count = values.len();

@@ -6,10 +6,10 @@ use std::path::Path;
 use roxmltree::{Document, ParsingOptions};
 
 use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The tree below `opencv_storage`.
-pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 1 << 22, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| FormatError::line(path, error.pos().row as usize, error.to_string()))?;
@@ -21,12 +21,7 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError
     node(root, &lines, path, 0)
 }
 
-fn node(
-    element: roxmltree::Node<'_, '_>,
-    lines: &[usize],
-    path: &Path,
-    depth: usize,
-) -> Result<DocumentNode, FormatError> {
+fn node(element: roxmltree::Node<'_, '_>, lines: &[usize], path: &Path, depth: usize) -> Result<DocumentNode> {
     let line = 1 + lines.partition_point(|&at| at < element.range().start);
     if depth >= MAX_DEPTH {
         return Err(FormatError::line(path, line, "nested too deeply for a calibration"));

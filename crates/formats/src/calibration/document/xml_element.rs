@@ -4,7 +4,7 @@ use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// An XML file, parsed.
 pub(crate) struct XmlFile<'a> {
@@ -20,7 +20,7 @@ pub(crate) struct XmlElement<'f> {
 }
 
 impl<'a> XmlFile<'a> {
-    pub(crate) fn parse(text: &'a str, path: &'a Path) -> Result<Self, FormatError> {
+    pub(crate) fn parse(text: &'a str, path: &'a Path) -> Result<Self> {
         let options = ParsingOptions { allow_dtd: false, nodes_limit: 1 << 22, ..ParsingOptions::default() };
         let document = Document::parse_with_options(text, options)
             .map_err(|error| FormatError::line(path, error.pos().row as usize, error.to_string()))?;
@@ -69,9 +69,8 @@ impl<'f> XmlElement<'f> {
     }
 
     /// The numbers of a text that belongs to this element.
-    pub(crate) fn numbers_of<const N: usize>(&self, what: &str, text: &str) -> Result<[f64; N], FormatError> {
-        let words = text.split_whitespace();
-        let values: Result<Vec<f64>, _> = words.map(str::parse::<f64>).collect();
+    pub(crate) fn numbers_of<const N: usize>(&self, what: &str, text: &str) -> Result<[f64; N]> {
+        let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse::<f64>).collect();
         let values = values.ok().filter(|values| values.iter().all(|value| value.is_finite()));
         let values = values.ok_or_else(|| self.fail(format_args!("{what} {text:?}: expected finite numbers")))?;
         let count = values.len();
@@ -79,7 +78,7 @@ impl<'f> XmlElement<'f> {
     }
 
     /// The numbers of the element.
-    pub(crate) fn numbers<const N: usize>(&self) -> Result<[f64; N], FormatError> {
+    pub(crate) fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
         self.numbers_of("the text", self.text())
     }
 }

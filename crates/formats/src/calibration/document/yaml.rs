@@ -8,7 +8,7 @@ use saphyr_parser::{Event, Parser, ScalarStyle};
 
 use crate::calibration::document::lens_keys::refused_without_value;
 use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Most values that aliases may add to a document: a few lines of aliases of aliases could ask for any number.
 const MAX_COPIED_VALUES: usize = 1 << 16;
@@ -22,7 +22,7 @@ enum Open {
 /// The tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is no YAML, and OpenCV takes
 /// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs, and
 /// comments as OpenCV writes them.
-pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
         return parse_strict(&without_comments(&text.replace('\t', " ")), path);
@@ -95,7 +95,7 @@ fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<Str
     }
 }
 
-fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
+fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
     let mut open: Vec<(Open, usize, usize)> = Vec::new();
     let mut anchors: HashMap<usize, DocumentNode> = HashMap::new();
     let mut copied = 0;

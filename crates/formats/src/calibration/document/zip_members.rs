@@ -6,8 +6,8 @@ use std::path::Path;
 use flate2::read::{DeflateDecoder, MultiGzDecoder};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
+use crate::io::InputFile;
 
 /// A file in a ZIP file.
 pub(crate) struct ZipMember {
@@ -25,7 +25,7 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
 }
 
 /// The file in a gzip file, and any other as it is.
-pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile, FormatError> {
+pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile> {
     if !source.bytes.starts_with(b"\x1f\x8b") {
         return Ok(source);
     }
@@ -34,7 +34,7 @@ pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFi
 }
 
 /// All bytes of a reader, within the budget.
-fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
+fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = packed.take(budget.bytes.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|error| FormatError::whole(path, format!("packed data is broken or cut off: {error}")))?;
@@ -98,7 +98,7 @@ impl ZipMember {
     }
 
     /// The bytes of the file.
-    pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
+    pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
         let fail = || FormatError::whole(path, format!("{} in it is cut off", self.name));
         let packed = self.packed(bytes).ok_or_else(fail)?;
         let unpacked = if self.deflated { unpack(DeflateDecoder::new(packed), path, budget)? } else { packed.to_vec() };

@@ -5,21 +5,18 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"projectionModelType\"")
         || text.contains("\"projection_model_type\"") && !text.contains("\"cam_model\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -51,7 +48,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// The pose of a quaternion and a translation.
-fn pose(at: &Cursor<'_>) -> Result<Pose, FormatError> {
+fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     let turn = first_of(&["quaternion_wxyz", "quaternionWxyz", "qvec"])?;
     let rotation = Rotation::unit_quaternion(turn.array()?).map_err(|message| turn.fail(message))?;
@@ -60,7 +57,7 @@ fn pose(at: &Cursor<'_>) -> Result<Pose, FormatError> {
 }
 
 /// Size, K and lens of a model of the toolkit.
-pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<(), FormatError> {
+pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     record.size = Some([
         first_of(&["image_width", "imageWidth"])?.count()?,

@@ -5,20 +5,16 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{check_rotation, npy};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::{middle_of, pinhole_matrix};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     npy::shape(&source.bytes).is_some_and(|shape| matches!(shape[..], [_, 17]))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let fail = |message: String| FormatError::whole(path, message);
     let array = npy::array(&source.bytes).map_err(fail)?;

@@ -6,13 +6,10 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 const OTHER: [&str; 9] = ["ndisp", "isint", "vmin", "vmax", "dyavg", "dymax", "doffs", "width", "height"];
 
@@ -20,7 +17,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with("cam0=[") || line.trim_start().starts_with("cam0 = ["))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut rows: HashMap<&str, (usize, &str)> = HashMap::new();
     for (i, line) in source.text()?.lines().enumerate() {
@@ -28,12 +25,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             rows.insert(key.trim(), (i + 1, value.trim()));
         }
     }
-    let number = |key: &str| -> Result<Option<f64>, FormatError> {
+    let number = |key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = rows.get(key) else { return Ok(None) };
         let value = word.parse().ok().filter(|value: &f64| value.is_finite());
         value.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))
     };
-    let matrix = |key: &str| -> Result<DMat3, FormatError> {
+    let matrix = |key: &str| -> Result<DMat3> {
         let (line, text) = *rows
             .get(key)
             .ok_or_else(|| FormatError::whole(path, format!("{key}=[f 0 cx; 0 f cy; 0 0 1] is missing")))?;
@@ -52,7 +49,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let doffs = second.z_axis.x - first.z_axis.x;
     let mut calibration = Calibration::default();
     if let Some(given) = number("doffs")?.filter(|given| (given - doffs).abs() > 0.01) {
-        calibration.notices.push(format!("doffs is {given}, and cx of cam1 less that of cam0 {doffs}, which is used"));
+        calibration.note(format!("doffs is {given}, and cx of cam1 less that of cam0 {doffs}, which is used"));
     }
     let base = number("baseline")?.ok_or_else(|| FormatError::whole(path, "baseline is missing"))?;
     let size = match (number("width")?, number("height")?) {
@@ -66,10 +63,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.records.push(record);
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
+    calibration.note(format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
     for (key, (line, _)) in &rows {
         if !OTHER.contains(key) && !["cam0", "cam1", "baseline"].contains(key) {
-            calibration.notices.push(format!("{key} (line {line}) is not read"));
+            calibration.note(format!("{key} (line {line}) is not read"));
         }
     }
     calibration.notices.sort();

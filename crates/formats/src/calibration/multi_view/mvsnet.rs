@@ -6,14 +6,10 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::document::{check_rigid, rigid};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Folders of the pictures, from that of the cameras.
 const PICTURES: [&str; 5] = ["../images", "../blended_images", "../image", "..", "."];
@@ -36,11 +32,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_cameras(folder, assets).is_some()
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected cams/00000000_cam.txt and more");
     let place = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
@@ -49,14 +41,14 @@ pub(crate) fn read_folder(
         calibration.records.extend(found.records);
         for notice in found.notices {
             if !calibration.notices.contains(&notice) {
-                calibration.notices.push(notice);
+                calibration.note(notice);
             }
         }
     }
     Ok(calibration)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let name = stem.trim_end_matches("_cam");

@@ -4,19 +4,17 @@
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::npy;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::{Folder, by_numbers};
+use crate::calibration::folder::by_numbers;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     npy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut arrays = npy::arrays(&source.bytes, path, &mut assets.budget)?;
     arrays.sort_by(|(a, _), (b, _)| by_numbers(a, b));
@@ -53,13 +51,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         calibration.records.push(record);
     }
     if normalised {
-        calibration.notices.push(
-            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised"
-                .into(),
+        calibration.note(
+            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised",
         );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
-        calibration.notices.push(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
+        calibration.note(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }

@@ -4,16 +4,14 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::Cursor;
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::lens;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
-use crate::error::FormatError;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
 
 /// K, if the camera has one.
-pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>, FormatError> {
+pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     let skew = view.find_value(&keys::SKEW)?.map(|at| Ok::<_, FormatError>((at.number()?, at))).transpose()?;
     if let Some(at) = view.find_value(&keys::K)? {
         let k = matrix(&at)?;
@@ -25,9 +23,7 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>, FormatError> {
         };
     }
     let focals = keys::FOCALS.map(|key| view.find_value(&[key]));
-    let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else {
-        return Ok(None);
-    };
+    let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else { return Ok(None) };
     let mut k = upper([fx.number()?, fy.number()?, cx.number()?, cy.number()?]);
     k.y_axis.x = skew.map_or(0.0, |(skew, _)| skew);
     Ok(Some(k))
@@ -37,7 +33,7 @@ fn upper([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
     DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
-fn matrix(at: &Cursor<'_>) -> Result<DMat3, FormatError> {
+fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     if let Ok(four) = at.array::<4>() {
         return Ok(upper(four));
     }
@@ -55,7 +51,7 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3, FormatError> {
 }
 
 /// Columns and rows by their names, in a map.
-fn sides(at: &Cursor<'_>) -> Result<Vec<f64>, FormatError> {
+fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     let view = KeyView { at: at.clone(), side: &[] };
     match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
         (Some(width), Some(height)) => Ok(vec![width.number()?, height.number()?]),
@@ -64,7 +60,7 @@ fn sides(at: &Cursor<'_>) -> Result<Vec<f64>, FormatError> {
 }
 
 /// Columns and rows.
-pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>, FormatError> {
+pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     let (pair, shape) = (view.find_value(&keys::SIZE)?, view.find_value(&keys::SHAPE)?);
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
         let mut numbers = match keys::is_keyed(at) {
@@ -113,7 +109,7 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>, FormatError> 
 }
 
 /// R and t of a pair of keys, camera from world.
-pub(super) fn pose(view: &KeyView<'_>) -> Result<Option<Pose>, FormatError> {
+pub(super) fn pose(view: &KeyView<'_>) -> Result<Option<Pose>> {
     for (r, t) in [(&keys::R[..], &keys::T[..]), (&keys::RVEC, &keys::TVEC)] {
         let (Some(r), Some(t)) = (view.find_value(r)?, view.find_value(t)?) else { continue };
         let t = DVec3::from_array(t.array::<3>()?);
@@ -131,7 +127,7 @@ fn from_vector(v: [f64; 3]) -> DMat3 {
 }
 
 /// The poses of the views of a board.
-fn views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>, FormatError> {
+fn views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     let pose = |r: &[f64], t: &[f64]| {
         let r = from_vector([r[0], r[1], r[2]]);
         Pose::camera_from_world(Rotation::Matrix(r), DVec3::new(t[0], t[1], t[2]))
@@ -159,12 +155,7 @@ fn views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>, FormatError> {
 }
 
 /// The camera of a view; several where it has several poses of the board.
-pub(super) fn read(
-    view: &KeyView<'_>,
-    name: String,
-    hints: &ReadHints,
-    calibration: &mut Calibration,
-) -> Result<(), FormatError> {
+pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibration: &mut Calibration) -> Result<()> {
     let at = &view.at;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     record.k = Some(k(view)?.ok_or_else(|| at.fail("no camera matrix: expected K or camera_matrix"))?);

@@ -2,7 +2,7 @@
 
 use crate::calibration::document::Cursor;
 use crate::calibration::document::lens_keys::plain;
-use crate::error::FormatError;
+use crate::error::Result;
 
 /// K, of 9 numbers or of 4: fx, fy, cx, cy.
 pub(super) const K: [&str; 26] = [
@@ -298,7 +298,7 @@ impl<'a> KeyView<'a> {
     }
 
     /// The value of the names, of which several keys have to say the same.
-    pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>, FormatError> {
+    pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let found = self.all(names);
         let words = |at: &Cursor<'_>| match at.numbers() {
             Ok(numbers) => format!("{numbers:?}"),

@@ -3,13 +3,13 @@
 
 use raycam_scene::{Lens, LensModel};
 
+use crate::calibration::ReadHints;
 use crate::calibration::document::{Cursor, Value, lens_keys::plain, lens_named};
-use crate::calibration::files::ReadHints;
 use crate::calibration::opencv::keys::{self, KeyView};
-use crate::error::FormatError;
+use crate::error::Result;
 
 /// The lens, of the model that the file or the caller states.
-pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens, FormatError> {
+pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     let (shown, numbers) = coefficients(view)?;
     let shown = shown.unwrap_or_else(|| view.at.clone());
     let fail = |error: &dyn std::fmt::Display| shown.fail(error);
@@ -42,7 +42,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens, Format
 }
 
 /// The coefficients, in a list or by their names, and the place of the list.
-fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>), FormatError> {
+fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     let list = view.find_value(&keys::LENS)?;
     if let Some(at) = view.find_value(&keys::RADIAL)? {
         return radial_and_tangential(view, list, at);
@@ -97,7 +97,7 @@ fn radial_and_tangential<'a>(
     view: &KeyView<'a>,
     list: Option<Cursor<'a>>,
     at: Cursor<'a>,
-) -> Result<(Option<Cursor<'a>>, Vec<f64>), FormatError> {
+) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     if let Some(other) = list {
         return Err(at.fail(format_args!("the lens is there twice, here and as {}: expected one of them", other.key)));
     }
@@ -113,7 +113,7 @@ fn radial_and_tangential<'a>(
 }
 
 /// The name of the model that the file states, and its place.
-fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>, FormatError> {
+fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if let Some(at) = view.find_value(&keys::FISHEYE)? {
         match at.word()? {
             "0" | "false" | "False" => return Ok(Some((at, "opencv"))),

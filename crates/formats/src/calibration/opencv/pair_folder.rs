@@ -1,15 +1,14 @@
 //! The two cameras of a pair in files of their own, left and right, with R and T in a third one.
 
 use crate::calibration::document::Cursor;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::opencv::camera;
 use crate::calibration::opencv::keys::KeyView;
 use crate::calibration::opencv::read::{detect, read};
 use crate::calibration::opencv::stereo::place_second;
 use crate::calibration::opencv::storage::parse;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, Folder, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::AssetRoot;
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 
@@ -34,11 +33,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
     })
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected a file of the left and one of the right camera");
     let mut calibration = Calibration::default();
     for side in ["left", "right"] {
@@ -60,7 +55,7 @@ pub(crate) fn read_folder(
             let node = parse(&source, assets)?;
             pose = camera::pose(&KeyView { at: Cursor::root(&node, &source.path), side: &[] })?;
             if pose.is_some() {
-                calibration.notices.push(format!("R and T are those of {name}: from the left camera to the right one"));
+                calibration.note(format!("R and T are those of {name}: from the left camera to the right one"));
             }
         }
     }

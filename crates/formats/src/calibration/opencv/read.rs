@@ -5,13 +5,12 @@
 use std::path::Path;
 
 use crate::calibration::document::{Cursor, Value, npy, unread, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
 use crate::calibration::opencv::{camera, stereo};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
@@ -50,7 +49,7 @@ fn has_camera(at: &Cursor<'_>) -> bool {
 }
 
 /// The maps below the root, by their keys; those of a list by their numbers.
-fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, FormatError> {
+fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>> {
     let mut found = Vec::new();
     if let Ok(items) = root.list() {
         let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), at);
@@ -81,14 +80,14 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, F
     Ok(found)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let node = parse(source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let view = KeyView { at: root.clone(), side: &[] };
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.notices.push("no array of a lens lies beside K (dist_coeffs.npy): a pinhole".into());
+            calibration.note("no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
         }
         return Ok(calibration);
     }
@@ -99,7 +98,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 }
 
 /// The camera of a map.
-fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration, FormatError> {
+fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
     let mut notices = view.at.unread_keys(|key| view.knows(key))?;
     if let Some(inner) = view.intrinsics() {
         notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
@@ -117,7 +116,7 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
 }
 
 /// Refuses numbers under an unknown key that may be the lens of a camera that has none.
-fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<(), FormatError> {
+fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     for (key, at) in view.at.entries()? {
         let Ok(numbers) = at.numbers() else { continue };
         let count = matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && numbers.iter().any(|v| v.fract() != 0.0);
@@ -133,12 +132,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<(), FormatError> {
 }
 
 /// Cameras in maps of their own; two of them with R and T are a pair.
-fn several(
-    view: &KeyView<'_>,
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
     let mut calibration = Calibration::default();
     let mut pose = camera::pose(view)?;
@@ -154,7 +148,7 @@ fn several(
                 pose = camera::pose(&KeyView { at: inner.clone(), side: &[] })?;
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pose.is_some()) {
-                calibration.notices.push(format!("{name} (line {}) is not read", inner.node.line));
+                calibration.note(format!("{name} (line {}) is not read", inner.node.line));
             }
         }
     }

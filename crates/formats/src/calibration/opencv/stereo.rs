@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use crate::calibration::document::{Cursor, zip_members};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::camera;
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
-use crate::calibration::pose::Pose;
 use crate::calibration::rig::one_rig;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, Pose, ReadHints};
+use crate::error::Result;
+use crate::io::AssetRoot;
 
 /// The marks of keys of the first and of the second camera.
 const SIDES: [(&str, [&[&str]; 2]); 3] = [
@@ -35,14 +34,13 @@ pub(super) fn read(
     pair: [(String, KeyView<'_>); 2],
     assets: &mut AssetRoot,
     hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let both = KeyView { at: root.clone(), side: &[] };
     let known = |key: &str| both.knows(key) || both.is_rectified(key) || pair.iter().any(|(_, view)| view.knows(key));
     let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
     if !both.all(&keys::RECTIFIED).is_empty() {
-        calibration.notices.push(
-            "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())"
-                .into(),
+        calibration.note(
+            "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())",
         );
     }
     for (name, view) in pair {
@@ -63,12 +61,12 @@ pub(super) fn read(
 /// Places the second camera by R and T of a pair.
 pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
     let Some(pose) = pose else {
-        calibration.notices.push("no R and T: both cameras stand at the origin".into());
+        calibration.note("no R and T: both cameras stand at the origin");
         return;
     };
     let (_, t) = pose.r_t();
     if t.length() > 10.0 {
-        calibration.notices.push(format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()));
+        calibration.note(format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()));
     }
     let [first, second] = &mut calibration.records[..] else { return };
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
@@ -83,21 +81,15 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
 }
 
 /// R and T of the second file that OpenCV's sample writes: extrinsics.yml beside intrinsics.yml.
-fn from_partner(
-    path: &Path,
-    assets: &mut AssetRoot,
-    calibration: &mut Calibration,
-) -> Result<Option<Pose>, FormatError> {
+fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<Option<Pose>> {
     let Some(partner) = partner(path, "intrinsic", "extrinsic") else { return Ok(None) };
-    let Ok(source) = assets.read_reference(Path::new(""), &partner) else {
-        return Ok(None);
-    };
+    let Ok(source) = assets.read_reference(Path::new(""), &partner) else { return Ok(None) };
     let source = zip_members::unpacked(source, &mut assets.budget)?;
     let node = parse(&source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let pose = camera::pose(&KeyView { at: root, side: &[] })?;
     if pose.is_some() {
-        calibration.notices.push(format!("R and T are those of {partner}"));
+        calibration.note(format!("R and T are those of {partner}"));
     }
     Ok(pose)
 }

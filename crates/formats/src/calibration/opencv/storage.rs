@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
+use crate::calibration::Folder;
 use crate::calibration::document::{DocumentNode, npy, xml, yaml, zip_members};
-use crate::calibration::folder::Folder;
 use crate::calibration::opencv::keys;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// The document of a file; the arrays beside a `.npy` file are a part of it.
-pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode, FormatError> {
+pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     if zip_members::is_zip(&source.bytes) {
         return Ok(npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
     }
@@ -21,7 +20,7 @@ pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<Docume
 }
 
 /// The arrays of a calibration in the folder of one of them, by the names of their files.
-fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode, FormatError> {
+fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     let own = source.stem().unwrap_or_default();
     let fail = |path: &Path, message: String| FormatError::whole(path, message);
     let array = |file: &InputFile| npy::array(&file.bytes).map_err(|message| fail(&file.path, message));
@@ -38,7 +37,7 @@ fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentN
 }
 
 /// The document of a text.
-pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode, FormatError> {
+pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     match text.trim_start().starts_with('<') {
         true => xml::parse(text, &source.path),

@@ -7,9 +7,8 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
-use crate::calibration::files::OutputFiles;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
+use crate::calibration::{CameraRecord, OutputFiles};
+use crate::error::Result;
 
 enum StorageNode {
     Word(String),
@@ -18,7 +17,7 @@ enum StorageNode {
     Map(Vec<(String, StorageNode)>),
 }
 
-pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let items: Result<Vec<_>, _> = records.iter().map(camera).collect();
     let mut items = items?;
     let mut root = Vec::new();
@@ -42,7 +41,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
     }))
 }
 
-fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>, FormatError> {
+fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>> {
     let format = "OpenCV's FileStorage";
     let k = record.k_with(PixelCenter::Integer, format)?;
     let mut items = vec![("name".to_owned(), StorageNode::Text(record.name.clone()))];

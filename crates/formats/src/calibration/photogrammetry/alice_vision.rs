@@ -7,13 +7,10 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Numbers of a version.
 type Version = [u32; 3];
@@ -24,7 +21,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     has("\"version\"") && has("\"views\"") && has("\"intrinsics\"") && !has("sfm_data_version")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -37,7 +34,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.14")));
     }
     if version > NEWEST {
-        calibration.notices.push(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
+        calibration.note(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {
@@ -83,34 +80,31 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         // A file of intrinsics alone.
         calibration.records = intrinsics.into_values().collect();
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
-        calibration.notices.push("no poses in it: the cameras are its intrinsics, at the origin".into());
+        calibration.note("no poses in it: the cameras are its intrinsics, at the origin");
     } else if let Some(first) = lost.first() {
-        calibration
-            .notices
-            .push(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
     }
-    calibration.notices.push(
+    calibration.note(
         "AliceVision does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its \
-         undistortion has it"
-            .into(),
+         undistortion has it",
     );
     Ok(calibration)
 }
 
 /// The elements of a list; an empty one is written as an empty word.
-fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>, FormatError> {
+fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>> {
     at.get(key).map_or(Ok(vec![]), |at| at.list())
 }
 
 /// camera_from_world of a rotation by columns and a centre.
-fn pose(at: &Cursor<'_>) -> Result<Pose, FormatError> {
+fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let rotation = at.require("rotation")?;
     let r = DMat3::from_cols_array(&rotation.array()?);
     check_rotation(r).map_err(|message| rotation.fail(message))?;
     Ok(Pose::from_r_c(r, DVec3::from_array(at.require("center")?.array()?)))
 }
 
-fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(at.require("intrinsicId")?.word()?, PixelCenter::Integer);
     let size = [at.require("width")?.count()?, at.require("height")?.count()?];
     record.size = Some(size);
@@ -133,7 +127,7 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
             let notice = "pictures higher than wide: AliceVision's programs disagree whether sensorWidth is that of the \
                           width or of the longer side; the width is taken";
             if !calibration.notices.iter().any(|known| known == notice) {
-                calibration.notices.push(notice.into());
+                calibration.note(notice);
             }
         }
         let focal = at.require("focalLength")?.number()? / at.require("sensorWidth")?.number()? * w;
@@ -150,7 +144,7 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
     Ok(record)
 }
 
-fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens, FormatError> {
+fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     let listed = |key: &str| items(at, key)?.iter().map(Cursor::number).collect::<Result<Vec<f64>, _>>();
     let (undistortion, parameters) = (listed("undistortionParams")?, listed("distortionParams")?);
     let undistorts = at.get("undistortionType").map_or(Ok("none"), |at| at.word())?;

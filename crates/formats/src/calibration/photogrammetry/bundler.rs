@@ -6,20 +6,17 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::check_rotation;
 use crate::calibration::document::number_lines::{data_lines, numbers};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, require_known_size};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.starts_with("# Bundle file")
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     let mut calibration = Calibration::default();
     let list = assets.read_reference(path, "list.txt").ok();
@@ -65,7 +62,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.pose = Some(Pose::camera_from_world(Rotation::Matrix(flip * r), flip * rows[3]));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.notices.push(text);
+    let mut notice = |text: String| calibration.note(text);
     if lost > 0 {
         notice(format!("{lost} cameras with a focal length of 0, which are not registered, are left out"));
     }

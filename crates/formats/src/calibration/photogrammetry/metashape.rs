@@ -10,13 +10,10 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::check_rigid;
 use crate::calibration::document::rigid;
 use crate::calibration::document::xml_element::{XmlElement, XmlFile};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Terms of a calibration; those with `fx` are of older exports.
 const TERMS: [&str; 16] =
@@ -30,7 +27,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     start && (text.contains("<chunk") || text.contains("<calibration") && text.contains("<projection>"))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
     if root.name() == "calibration" {
@@ -44,7 +41,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let enabled = |chunk: &&XmlElement<'_>| chunk.attribute("enabled") != Some("false");
     let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| root.fail("no chunk in it"))?;
     if chunks.len() > 1 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
             chunks.len(),
             chunk.attribute("label").unwrap_or("without a label")
@@ -59,18 +56,17 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     let reference = chunk.child("reference").map_or("", |at| at.text());
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
-        calibration.notices.push(
+        calibration.note(
             "the chunk has a geographic reference: its transform leads to geocentric metres (ECEF), numbers of order \
-             6e6, and neither to latitude and longitude nor to projected axes"
-                .into(),
+             6e6, and neither to latitude and longitude nor to projected axes",
         );
     }
     if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
-        calibration.notices.push("no transform: the cameras are in the chunk's own axes and unit".into());
+        calibration.note("no transform: the cameras are in the chunk's own axes and unit");
     }
 }
 
-fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> {
     let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("no sensors in it"))?;
     let sensors: HashMap<&str, XmlElement<'_>> =
         sensors.all("sensor").filter_map(|at| Some((at.attribute("id")?, at))).collect();
@@ -123,7 +119,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.notices.push(text);
+    let mut notice = |text: String| calibration.note(text);
     if let Some(first) = unplaced.first() {
         notice(format!(
             "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",
@@ -149,7 +145,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
 }
 
 /// Chunk from camera, if the camera has it.
-fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     let Some(transform) = at.child("transform") else { return Ok(None) };
     let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
     Ok(Some(rigid(&rows)))
@@ -162,7 +158,7 @@ fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,
     sensors: &HashMap<&str, XmlElement<'a>>,
-) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+) -> Result<Option<(DMat3, DVec3)>> {
     let mount = |at: &XmlElement<'a>| rig_mount(at.attribute("sensor_id").unwrap_or_default(), sensors);
     let (Some((r, c)), Some((rig, slave)), Some((other, own))) = (own_place(master)?, mount(at)?, mount(master)?)
     else {
@@ -180,7 +176,7 @@ fn place_by_master<'a>(
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,
-) -> Result<Option<(Option<&'a str>, Similarity)>, FormatError> {
+) -> Result<Option<(Option<&'a str>, Similarity)>> {
     let (mut id, mut mount) = (id, Similarity::IDENTITY);
     for _ in 0..=sensors.len() {
         let Some(sensor) = sensors.get(id) else { return Ok(None) };
@@ -210,7 +206,7 @@ impl Similarity {
     const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
 
     /// The elements `rotation` and `scale`, and that of the translation.
-    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self, FormatError> {
+    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self> {
         let rotation = match at.child("rotation") {
             Some(r) => {
                 let matrix = DMat3::from_cols_array(&r.numbers()?).transpose();
@@ -233,7 +229,7 @@ impl Similarity {
 }
 
 /// Size, K and lens of a sensor; false for its initial calibration.
-fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool, FormatError> {
+fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool> {
     let kind = sensor.attribute("type").unwrap_or("frame");
     if let Some(at) = sensor.child("resolution") {
         record.size = Some(resolution(&at)?);
@@ -250,12 +246,12 @@ fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Resu
     Ok(adjusted.is_some() || kind == "spherical")
 }
 
-fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2], FormatError> {
+fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2]> {
     let side = |name: &str| at.attribute(name).and_then(|word| word.parse().ok());
     side("width").zip(side("height")).map(|(w, h)| [w, h]).ok_or_else(|| at.fail("expected width and height"))
 }
 
-fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<()> {
     if let Some(inner) = at.child("resolution") {
         record.size = Some(resolution(&inner)?);
     } else if let (Some(w), Some(h)) = (at.child("width"), at.child("height")) {

@@ -7,13 +7,10 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// The bit of a number that says that its name stands beside it.
 const NEW: u32 = 1 << 31;
@@ -24,7 +21,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"sfm_data_version\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -71,20 +68,17 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if let Some(first) = lost.first() {
-        calibration
-            .notices
-            .push(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
     }
-    calibration.notices.push(
+    calibration.note(
         "openMVG does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its undistortion \
-         has it"
-            .into(),
+         has it",
     );
     Ok(calibration)
 }
 
 /// The name of the type of a value; empty for the base class.
-fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String, FormatError> {
+fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> {
     let Some(at) = value.get("polymorphic_id") else { return Ok(String::new()) };
     let id = at.count()?;
     if let Some(name) = value.get("polymorphic_name") {
@@ -98,7 +92,7 @@ fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String, 
     name.ok_or_else(|| at.fail("a polymorphic_id whose polymorphic_name stands nowhere before it"))
 }
 
-fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord, FormatError> {
+fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(key.to_string(), PixelCenter::Integer);
     // The values of a base class stand beside those of the type, or in value0.
     let mut places = vec![data.clone()];

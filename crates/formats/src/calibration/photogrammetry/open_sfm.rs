@@ -7,19 +7,16 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"projection_type\"") || text.contains("\"shots\"") && text.contains("\"cameras\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -32,7 +29,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let all = if root.is_map() { vec![root.clone()] } else { root.list()? };
     let first = all.first().ok_or_else(|| root.fail("no reconstruction in it"))?;
     if all.len() > 1 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} reconstructions, each with a world of its own: the cameras are those of the first",
             all.len()
         ));
@@ -57,13 +54,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if turned > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{turned} pictures have an EXIF orientation: the numbers are taken for pictures as they are stored"
         ));
     }
     if let Some(at) = first.get("reference_lla") {
         let get = |key: &str| at.number_or(key, 0.0);
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "the world is east, north, up in metres about latitude {}, longitude {}, altitude {}",
             get("latitude")?,
             get("longitude")?,
@@ -100,11 +97,10 @@ const KEYS: [&str; 23] = [
     "gps",
 ];
 
-fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     notices.extend(at.unread_keys(|key| KEYS.contains(&key) || key.contains("prior"))?);
-    let kind = at.get("projection_type");
-    let word = kind.as_ref().map_or(Ok("perspective"), Cursor::word)?;
+    let word = at.get("projection_type").as_ref().map_or(Ok("perspective"), Cursor::word)?;
     let size = [at.require("width")?.count()?, at.require("height")?.count()?];
     record.size = Some(size);
     let fail = |message: String| at.fail(message);
@@ -129,7 +125,7 @@ fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<Came
 }
 
 /// The lens of a projection; terms that it does not have must be 0.
-fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens, FormatError> {
+fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     let fail = |message: String| at.fail(message);
     let names = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "s0", "s1", "s2", "s3"];
     let mut terms = [0.0; 12];

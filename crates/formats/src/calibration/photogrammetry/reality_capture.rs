@@ -4,15 +4,12 @@
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, require_known_size};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Millimetres of the film that focal lengths are given for.
 pub(crate) const FILM: f64 = 36.0;
@@ -40,7 +37,7 @@ pub(crate) fn lens([k1, k2, k3, k4, t1, t2]: [f64; 6]) -> Result<(Lens, bool), S
     Ok((brown_lens(k1, k2, t2, t1, k3)?, t1 != 0.0 || t2 != 0.0))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     let (at, words) = header(text).ok_or_else(|| FormatError::whole(path, "expected #name,x,y,alt,heading,..."))?;
     let mut calibration = Calibration::default();
@@ -98,13 +95,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     debug_assert!(LensModel::OpenCv.name() == "opencv");
     if tangential {
-        calibration.notices.push(TANGENTIAL.into());
+        calibration.note(TANGENTIAL);
     }
     calibration.notices.extend(sizes.notices());
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
-        calibration.notices.push(
-            "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same"
-                .into(),
+        calibration.note(
+            "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same",
         );
     }
     Ok(calibration)

@@ -6,16 +6,12 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::check_rotation;
 use crate::calibration::document::xml_element::{XmlElement, XmlFile};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::require_known_size;
 use crate::calibration::photogrammetry::reality_capture::{FILM, TANGENTIAL, lens};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Endings of the picture of an XMP file.
 const PICTURES: [&str; 6] = ["jpg", "JPG", "jpeg", "JPEG", "png", "PNG"];
@@ -28,7 +24,7 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     folder.ending(".xmp").next().is_some()
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
     let stem = source.stem().unwrap_or_default();
@@ -39,11 +35,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
     let stems = folder.ending(".xmp").filter_map(|name| name.strip_suffix(".xmp"));
@@ -76,7 +68,7 @@ fn add(
     sizes: &mut PictureSizes,
     calibration: &mut Calibration,
     lost: &mut Vec<String>,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
     let stem = source.stem().unwrap_or_else(|| "camera".into());
@@ -125,10 +117,10 @@ fn add(
     let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
     record.lens = made;
     if matters {
-        calibration.notices.push(TANGENTIAL.into());
+        calibration.note(TANGENTIAL);
     }
     if value(&at, "Coordinates") == Some("relative") {
-        calibration.notices.push("Coordinates are relative: the world begins at RealityCapture's local origin".into());
+        calibration.note("Coordinates are relative: the world begins at RealityCapture's local origin");
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
         return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));

@@ -1,10 +1,8 @@
 //! A data set in BOP's folders, `SPLIT/000000/scene_camera.json`: each scene is a world of its own.
 
-use crate::calibration::bop;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, Folder, ReadHints, bop};
+use crate::error::{FormatError, Result};
+use crate::io::AssetRoot;
 
 const CAMERAS: &str = "scene_camera.json";
 
@@ -27,7 +25,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     !scenes(folder, assets).is_empty()
 }
 
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     match &scenes(folder, assets)[..] {
         [scene] => bop::read(&folder.read(&format!("{scene}/{CAMERAS}"), assets)?, assets, hints),
         found => Err(FormatError::unsupported(

@@ -4,18 +4,15 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"images\"", "\"annotations\"", "\"file_name\"", "\"K\"", "\"pixel_center\""].iter().all(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -54,7 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if without > 0 {
-        calibration.notices.push(format!("{without} images without K, R and C are left out"));
+        calibration.note(format!("{without} images without K, R and C are left out"));
     }
     Ok(calibration)
 }

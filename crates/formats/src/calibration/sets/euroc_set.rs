@@ -1,11 +1,9 @@
 //! The folder of a sequence of EuRoC or TUM-VI: `cam0/sensor.yaml` and more, on the body.
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::opencv;
 use crate::calibration::rig::on_a_body;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, Folder, ReadHints, opencv};
+use crate::error::{FormatError, Result};
+use crate::io::AssetRoot;
 
 fn find_cameras(folder: &Folder, assets: &AssetRoot) -> Option<(Folder, Vec<String>)> {
     for place in [Folder::open(&folder.path, assets), folder.inner("mav0", assets)] {
@@ -23,7 +21,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_cameras(folder, assets).is_some()
 }
 
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected cam0/sensor.yaml, of EuRoC");
     let (place, cameras) = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
@@ -36,10 +34,9 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         }
         calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{name}: {notice}")));
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the axes of the body (T_BS); its trajectory is data.csv of state_groundtruth_estimate0 or \
-         mocap0 (--rig FOLDER --poses data.csv)"
-            .into(),
+         mocap0 (--rig FOLDER --poses data.csv)",
     );
     Ok(calibration)
 }

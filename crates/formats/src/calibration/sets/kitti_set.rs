@@ -1,12 +1,9 @@
 //! A data set in KITTI's folders: `poses.txt` of all pictures, `object/training/calib/000000.txt` of each.
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::kitti;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints, kitti};
+use crate::error::{FormatError, Result};
+use crate::io::AssetRoot;
 
 const CALIBRATIONS: &str = "object/training/calib";
 const PICTURES: &str = "object/training/image_2";
@@ -16,7 +13,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 /// The left colour cameras, P2, at the poses.
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = kitti::read_poses(&folder.read("poses.txt", assets)?, assets, hints)?;
     let files = folder.inner(CALIBRATIONS, assets);
     let names: Vec<String> = files.ending(".txt").cloned().collect();
@@ -34,6 +31,6 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let size = size_of_picture(assets, &folder.file("any"), [&image]);
         *record = CameraRecord { name: stem.into(), k: Some(k), size, image: Some(image), ..record.clone() };
     }
-    calibration.notices.push("the cameras are P2 of each picture, with its size".into());
+    calibration.note("the cameras are P2 of each picture, with its size");
     Ok(calibration)
 }

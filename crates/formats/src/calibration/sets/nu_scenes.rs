@@ -7,14 +7,10 @@ use glam::DVec3;
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, DocumentNode, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 const TABLE: &str = "calibrated_sensor.json";
 
@@ -26,20 +22,12 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     folder.has(TABLE)
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     read(&folder.read(TABLE, assets)?, assets, hints)
 }
 
 /// A table beside another, where it is there.
-fn table(
-    from: &InputFile,
-    name: &str,
-    assets: &mut AssetRoot,
-) -> Result<Option<(InputFile, DocumentNode)>, FormatError> {
+fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<(InputFile, DocumentNode)>> {
     if !assets.is_file(&from.path, name.as_bytes()) {
         return Ok(None);
     }
@@ -49,19 +37,19 @@ fn table(
 }
 
 /// The rows of a table by their tokens.
-fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>, FormatError> {
+fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>> {
     root.list()?.into_iter().map(|row| Ok((row.require("token")?.word()?, row))).collect()
 }
 
 /// The pose of a row, to the ego or to the world.
-fn pose(row: &Cursor<'_>) -> Result<Pose, FormatError> {
+fn pose(row: &Cursor<'_>) -> Result<Pose> {
     let at = row.require("rotation")?;
     let rotation = Rotation::unit_quaternion(at.array()?).map_err(|message| at.fail(message))?;
     let c = DVec3::from_array(row.require("translation")?.array()?);
     Ok(Pose::world_from_camera(rotation, c))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let sensors = table(source, "sensor.json", assets)?;
     let names = match &sensors {
@@ -89,7 +77,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         for row in Cursor::root(rows, &data.path).list()? {
             calibration.records.extend(seen(&row, &cameras, &poses)?);
         }
-        calibration.notices.push("the pictures of sample_data, in the world of ego_pose; times are in seconds".into());
+        calibration.note("the pictures of sample_data, in the world of ego_pose; times are in seconds");
         return Ok(calibration);
     }
     for token in order {
@@ -100,10 +88,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         on_a_body(&mut record, "ego");
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the axes of the vehicle (x forward, y left, z up): with sample_data.json and ego_pose.json \
-         beside the file, they are in the world"
-            .into(),
+         beside the file, they are in the world",
     );
     Ok(calibration)
 }
@@ -113,7 +100,7 @@ fn seen(
     row: &Cursor<'_>,
     cameras: &HashMap<&str, CameraRecord>,
     poses: &HashMap<&str, Cursor<'_>>,
-) -> Result<Option<CameraRecord>, FormatError> {
+) -> Result<Option<CameraRecord>> {
     let Some(camera) = cameras.get(row.require("calibrated_sensor_token")?.word()?) else { return Ok(None) };
     let token = row.require("ego_pose_token")?;
     let ego = poses.get(token.word()?).ok_or_else(|| token.fail("ego_pose.json has no such token"))?;

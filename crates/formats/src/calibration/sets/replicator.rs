@@ -5,14 +5,10 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rigid, check_rotation, rigid, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 const START: &str = "camera_params_";
 
@@ -31,7 +27,7 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     files(folder).next().is_some()
 }
 
-pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for (number, name) in files(folder) {
         let mut record = camera(&folder.read(name, assets)?, &mut calibration.notices)?;
@@ -43,13 +39,13 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints
     Ok(calibration)
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     calibration.records.push(camera(source, &mut calibration.notices)?);
     Ok(calibration)
 }
 
-fn camera(source: &InputFile, notices: &mut Vec<String>) -> Result<CameraRecord, FormatError> {
+fn camera(source: &InputFile, notices: &mut Vec<String>) -> Result<CameraRecord> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let name = source.stem().unwrap_or_else(|| "camera".into());
@@ -92,7 +88,7 @@ fn camera(source: &InputFile, notices: &mut Vec<String>) -> Result<CameraRecord,
 }
 
 /// K, pose and lens in raycam's own words.
-fn written(own: &Cursor<'_>, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn written(own: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     record.pixel_center = match own.require("pixel_center")?.word()? {
         "half" => PixelCenter::Half,
         _ => PixelCenter::Integer,

@@ -7,14 +7,11 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, DocumentNode, Value, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 const ON_THE_VEHICLE: &str = "the cameras are in the axes of the vehicle (x forward, y left, z up)";
 const CALIBRATIONS: [&str; 2] = ["camera_calibrations", "cameraCalibrations"];
@@ -28,7 +25,7 @@ pub(crate) fn detect_waymo(_: &InputFile, text: &str) -> bool {
 }
 
 /// The rows of a table, as CSV with a header or as JSON with a map for each row, as one document.
-fn table(source: &InputFile) -> Result<DocumentNode, FormatError> {
+fn table(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     if text.trim_start().starts_with(['[', '{']) {
         return yaml::parse(text, &source.path);
@@ -50,11 +47,7 @@ fn table(source: &InputFile) -> Result<DocumentNode, FormatError> {
     Ok(DocumentNode { value: Value::List(rows), line: 1 })
 }
 
-pub(crate) fn read_argoverse(
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = table(source)?;
     let mut calibration = Calibration::default();
     let ending = source.path.extension().and_then(|ending| ending.to_str()).unwrap_or("csv");
@@ -78,15 +71,15 @@ pub(crate) fn read_argoverse(
         calibration.records.push(record);
     }
     match placed {
-        Some(_) => calibration.notices.push(ON_THE_VEHICLE.into()),
-        None => calibration.notices.push(format!("no {partner} beside it: the cameras stand at the origin")),
+        Some(_) => calibration.note(ON_THE_VEHICLE),
+        None => calibration.note(format!("no {partner} beside it: the cameras stand at the origin")),
     }
     one_rig(&mut calibration.records, "egovehicle");
     Ok(calibration)
 }
 
 /// The pose of a sensor on the vehicle.
-fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose, FormatError> {
+fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
     for row in root.list()? {
         if row.require("sensor_name")?.word()? == name {
             let number = |key: &str| row.require(key)?.number();
@@ -99,7 +92,7 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose, F
     Err(FormatError::whole(path, format!("no row of the sensor {name:?}")))
 }
 
-pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     // A frame has them in its context.
@@ -115,17 +108,16 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
         record.lens = brown_lens(k1, k2, p1, p2, k3).map_err(|message| row.fail(message))?;
         let at = row.require("extrinsic")?;
-        let at = at.get("transform").unwrap_or(at);
-        let (r, c) = at.matrix4()?;
+        let (r, c) = at.get("transform").unwrap_or(at).matrix4()?;
         // The axes of Waymo's cameras: x forward, y left, z up. Columns: OpenCV's x, y, z in them.
         let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r * axes), c));
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());
         calibration.records.push(record);
     }
-    calibration.notices.push(ON_THE_VEHICLE.into());
+    calibration.note(ON_THE_VEHICLE);
     if rolling > 0 {
-        calibration.notices.push(format!("the rolling shutter of {rolling} cameras is not used"));
+        calibration.note(format!("the rolling shutter of {rolling} cameras is not used"));
     }
     one_rig(&mut calibration.records, "vehicle");
     Ok(calibration)

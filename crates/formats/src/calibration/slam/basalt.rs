@@ -5,20 +5,17 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"value0\"") && text.contains("\"T_imu_cam\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path).require("value0")?;
     let mut calibration = Calibration::default();
@@ -61,6 +58,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.notices.push("the cameras are in the axes of the IMU (T_imu_cam)".into());
+    calibration.note("the cameras are in the axes of the IMU (T_imu_cam)");
     Ok(calibration)
 }

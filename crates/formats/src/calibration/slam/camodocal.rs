@@ -8,12 +8,10 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::yaml_float;
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// The keys of a camera's groups of parameters.
 pub(crate) const KEYS: [&str; 10] = [
@@ -33,7 +31,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.lines().any(|line| line.starts_with("model_type"))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let notices = root.unknown_keys(&KEYS)?;
@@ -42,7 +40,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// The numbers of a group by their names; further ones that are not 0 are errors.
-fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Result<[f64; N], FormatError> {
+fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Result<[f64; N]> {
     let at = root.require(name)?;
     for (key, inner) in at.entries()?.into_iter().filter(|(key, _)| !keys.contains(key)) {
         if inner.number()? != 0.0 {
@@ -57,7 +55,7 @@ fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Resu
 }
 
 /// The camera of the keys of a file.
-pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord, FormatError> {
+pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
     let kind = root.require("model_type")?;
     let name = root.get("camera_name").map_or(Ok(stem), |at| at.word().map(str::to_owned))?;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
@@ -102,7 +100,7 @@ pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord, Fo
 /// A group of parameters: its name, which is empty for the rest of the group before, keys and values.
 type Parameters<'a> = (&'a str, &'a [&'a str], &'a [f64]);
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "camodocal's YAML";
     let [record] = records else {
         return Err(FormatError::Encode(format!(

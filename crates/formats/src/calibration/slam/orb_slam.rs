@@ -10,14 +10,11 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows34, yaml_float};
 use crate::calibration::document::{Cursor, DocumentNode, Value, check_rotation, rigid, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::{one_rig, poses_on_one_rig};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys of a camera, after `Camera.`, `Camera1.` or `Camera2.`.
 const CAMERA: [&str; 31] = [
@@ -100,7 +97,7 @@ fn flat(mut node: DocumentNode) -> DocumentNode {
 }
 
 /// The kind of ORB-SLAM's cameras that is the model of OpenVSLAM's.
-fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str, FormatError> {
+fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str> {
     let Some(at) = root.get("Camera.model") else {
         return root.get("Camera.type").map_or(Ok("PinHole"), |at| at.word());
     };
@@ -112,7 +109,7 @@ fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str, FormatError> {
     }
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = flat(yaml::parse(source.text()?, &source.path)?);
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration { notices: other_keys(&root)?, ..Calibration::default() };
@@ -149,7 +146,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let mut right = CameraRecord { name: "Camera2".into(), ..calibration.records[0].clone() };
         right.pose = Some(Pose::world_from_camera(Rotation::Matrix(DMat3::IDENTITY), DVec3::new(base, 0.0, 0.0)));
         calibration.records.push(right);
-        calibration.notices.push(format!("a rectified pair: the second camera is the first, {base} m to its right"));
+        calibration.note(format!("a rectified pair: the second camera is the first, {base} m to its right"));
     } else if root.get("Camera2.fx").is_some() {
         return Err(root.fail("Camera2 has no place: expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
     } else if let Some(bf) = root
@@ -161,7 +158,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     {
         let fx = root.require(&format!("{first}.fx"))?.number()?;
         let base = base.unwrap_or(bf / fx);
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "one camera: that the file has a baseline, {base} m, does not say that there is a pair; if there is, \
              Rig.stereo(camera, {base}) makes it"
         ));
@@ -172,7 +169,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// A notice for each key of a camera that is not known; those that look like a lens are errors.
-fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>, FormatError> {
+fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>> {
     let mut notices = Vec::new();
     for (key, at) in root.entries()? {
         let (group, own) = key.split_once('.').unwrap_or((key, ""));
@@ -198,7 +195,7 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>, FormatError> {
 }
 
 /// Sizes, and the size to which the program brings pictures before it works.
-fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     let side = |names: [&str; 2]| root.any(&names);
     if let (Some(width), Some(height)) = (side(["Camera.width", "Camera.cols"]), side(["Camera.height", "Camera.rows"]))
     {
@@ -208,7 +205,7 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), Format
         }
     }
     if let Some(at) = root.any(&["Camera.newWidth", "Camera.newHeight", "Camera.imageScale"]) {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} (line {}): the program resizes pictures to it; K belongs to Camera.width x Camera.height",
             at.key, at.node.line
         ));
@@ -216,7 +213,7 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), Format
     Ok(())
 }
 
-fn camera(root: &Cursor<'_>, group: &str, kind: &str) -> Result<CameraRecord, FormatError> {
+fn camera(root: &Cursor<'_>, group: &str, kind: &str) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(group, PixelCenter::Integer);
     let get = |key: &str| root.require(&format!("{group}.{key}"))?.number();
     let term = |key: &str| root.number_or(&format!("{group}.{key}"), 0.0);
@@ -241,7 +238,7 @@ fn camera(root: &Cursor<'_>, group: &str, kind: &str) -> Result<CameraRecord, Fo
 }
 
 /// The raw pair of ORB-SLAM2: R is rectified from raw, P that of the rectified cameras.
-fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     for side in ["LEFT", "RIGHT"] {
         let get = |key: &str| root.require(&format!("{side}.{key}"));
         let mut record = CameraRecord::new(side.to_lowercase(), PixelCenter::Integer);
@@ -262,15 +259,14 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), Form
         calibration.records.push(record);
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(
+    calibration.note(
         "the raw pair of LEFT and RIGHT, in the axes of the rectified left camera; Camera.fx and the rest are those of \
-         the rectified one and are not used"
-            .into(),
+         the rectified one and are not used",
     );
     Ok(())
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "ORB-SLAM's settings";
     if records.len() > 2 {
         return Err(FormatError::Encode(format!("{format} hold one camera or a pair, {} given", records.len())));

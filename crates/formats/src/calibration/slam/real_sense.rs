@@ -5,18 +5,16 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::lens_keys::plain;
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, ReadHints};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("ppx") && text.contains("ppy") && text.contains("coeffs")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -29,13 +27,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(camera(&at, name.into())?);
         } else {
             at.refuse_lens(name)?;
-            calibration.notices.push(format!("{name} (line {}) is not read", at.node.line));
+            calibration.note(format!("{name} (line {}) is not read", at.node.line));
         }
     }
     Ok(calibration)
 }
 
-fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let get = |key: &str| at.require(key)?.number();
     record.k = Some(pinhole_matrix([get("fx")?, get("fy")?, get("ppx")?, get("ppy")?]));

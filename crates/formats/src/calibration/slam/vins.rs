@@ -2,19 +2,17 @@
 //! body_from_camera. Source: VINS-Fusion, parameters.cpp; the comments of VINS-Mono's configurations.
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::rig::on_a_body;
 use crate::calibration::slam::camodocal;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["cam0_calib", "body_T_cam0", "extrinsicRotation"].iter().any(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -53,17 +51,17 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         on_a_body(record, "rig");
     }
     if !mounted {
-        calibration.notices.push("a camera without body_T_cam (or extrinsicRotation) stands at the origin".into());
+        calibration.note("a camera without body_T_cam (or extrinsicRotation) stands at the origin");
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration.notices.push(format!("{others} other keys, settings of the program, are not read"));
+        calibration.note(format!("{others} other keys, settings of the program, are not read"));
     }
     Ok(calibration)
 }
 
 /// The pose of a camera in the axes of the body.
-fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>, FormatError> {
+fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>> {
     if let Some(at) = root.get(&format!("body_T_cam{i}")) {
         let (r, c) = at.matrix4()?;
         return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), c)));

@@ -6,14 +6,11 @@ use std::collections::HashMap;
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// The names of resolutions, with their columns and rows.
 const RESOLUTIONS: [(&str, [u32; 2]); 4] =
@@ -23,7 +20,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("[LEFT_CAM_") && text.contains("[STEREO]")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut section = "";
     let mut values: HashMap<(&str, &str), (usize, &str)> = HashMap::new();
@@ -35,7 +32,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             values.insert((section, key.trim()), (i + 1, value.trim()));
         }
     }
-    let find = |section: &str, key: &str| -> Result<Option<f64>, FormatError> {
+    let find = |section: &str, key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = values.get(&(section, key)) else { return Ok(None) };
         let number = word.parse::<f64>().ok().filter(|value| value.is_finite());
         number.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))
@@ -65,7 +62,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let t = DVec3::new(-base, find("STEREO", "TY")?.unwrap_or(0.0), find("STEREO", "TZ")?.unwrap_or(0.0)) / 1000.0;
     calibration.records[1].pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(format!(
+    calibration.note(format!(
         "the sections of {name}, {} x {} (size= names another); Baseline, {base} mm, is in metres here, with the right \
          camera to the right of the left one",
         size[0], size[1]

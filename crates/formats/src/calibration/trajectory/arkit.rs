@@ -7,14 +7,10 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, numbers};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Seconds between the times of a pose and of its intrinsics.
 const TOLERANCE: f64 = 0.001 + 1e-9;
@@ -38,16 +34,12 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     trajectory(folder).is_some()
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected one .traj file");
     read(&folder.read(trajectory(folder).ok_or_else(fail)?, assets)?, assets, hints)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let mut calibration = Calibration::default();
     if has_ending(&source.path, "pincam") {
@@ -81,7 +73,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if left_out > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{left_out} poses without a .pincam within 0.001 s of their time are left out (intrinsics= gives K to all)"
         ));
     }
@@ -104,7 +96,7 @@ fn pincams(source: &InputFile, assets: &AssetRoot) -> Vec<(f64, String)> {
     found
 }
 
-fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<()> {
     let Some((line, row)) = data_lines(source.text()?).next() else {
         return Err(FormatError::whole(&source.path, "expected width height fx fy cx cy"));
     };

@@ -3,8 +3,8 @@
 use glam::DMat3;
 
 use crate::calibration::document::rigid;
-use crate::calibration::files::{PoseConvention, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::files::PoseConvention;
+use crate::calibration::{Pose, ReadHints, Rotation};
 
 /// Words in names of files with camera_from_world.
 const CAMERA_FROM_WORLD: [&str; 7] =

@@ -9,13 +9,11 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::joined;
 use crate::calibration::document::number_lines::data_lines;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::pose::{Pose, Rotation, normalized};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::pose::normalized;
 use crate::calibration::trajectory::body::place_on_body;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let first = data_lines(text).next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());
@@ -25,7 +23,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     })
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut columns = None;
@@ -61,7 +59,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     Ok(calibration)
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::from(
         "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n",
     );

@@ -6,15 +6,12 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
 use crate::calibration::document::rigid;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
 use crate::calibration::trajectory::body::place_on_body;
 use crate::calibration::trajectory::matrices::checked34;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     looks_like(text, 13) || is_mounts(text)
@@ -24,7 +21,7 @@ fn is_mounts(text: &str) -> bool {
     data_lines(text).next().is_some_and(|(_, line)| line.starts_with("image_0") && line.contains(':'))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     if is_mounts(text) {
         return mounts(source, assets, hints);
@@ -48,7 +45,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// The cameras in the axes of the body; K of the rectified ones from `perspective.txt` beside the file, that of fisheyes
 /// from their own files.
-fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();
     for (line, row) in data_lines(source.text()?) {
@@ -86,10 +83,9 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.notices.push(match perspective {
-        Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones".into(),
-        None => "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside"
-            .into(),
+    calibration.note(match perspective {
+        Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
+        None => "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside",
     });
     Ok(calibration)
 }

@@ -12,15 +12,12 @@ use crate::calibration::document::lens_keys::looks_like_lens;
 use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// The arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +84,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         || matrix_tree::detect(source, text)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let (path, stem) =
         (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
@@ -115,7 +112,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.notices.push(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
     }
     if hints.intrinsics.is_none() {
         beside(assets, &mut calibration)?;
@@ -124,7 +121,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 }
 
 /// The matrices of a file: an array of NumPy or several, a document, or a text of numbers.
-pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let fail = |message: String| FormatError::whole(&source.path, message);
     let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
     if npy::is_npy(&source.bytes) {
@@ -155,7 +152,7 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
 }
 
 /// The matrices of a text: the index before each, its line, its numbers.
-pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices, FormatError> {
+pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
     let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();
     for (line, row) in data_lines(text) {
@@ -188,7 +185,7 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
 }
 
 /// K of a text of three or four lines.
-pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3, FormatError> {
+pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
     let fail = |message: &str| Err(FormatError::whole(path, message));
     if rows.len() < 3 || rows.iter().any(|row| row.len() < 3) {
@@ -211,7 +208,7 @@ fn lens_beside(
     assets: &mut AssetRoot,
     hints: &ReadHints,
     calibration: &mut Calibration,
-) -> Result<Lens, FormatError> {
+) -> Result<Lens> {
     let own = source.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let ending = own.rsplit_once('.').map_or("", |(_, ending)| ending);
     let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
@@ -235,12 +232,12 @@ fn lens_beside(
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers =
         listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
-    calibration.notices.push(format!("the lens is that of {name}"));
+    calibration.note(format!("the lens is that of {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
 /// K of Replica's `cam_params.json`, beside the trajectory or above it.
-fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     for name in ["cam_params.json", "../cam_params.json"] {
         let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
         let node = yaml::parse(source.text()?, &source.path)?;
@@ -250,7 +247,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), F
         let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
         let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
         camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
-        calibration.notices.push(format!("K and size are those of {name}"));
+        calibration.note(format!("K and size are those of {name}"));
         for record in &mut calibration.records {
             (record.k, record.size) = (Some(k), size);
         }
@@ -264,7 +261,7 @@ pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
     check_rotation(rigid(rows).0)
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();

@@ -5,15 +5,13 @@
 use glam::DMat3;
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
 use crate::calibration::trajectory::matrix_tree::PosesOfTree;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
+use crate::error::{FormatError, Result};
+use crate::io::AssetRoot;
 
 /// Files with K, in the folder of the scene.
 const INTRINSICS: [&str; 9] = [
@@ -63,7 +61,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_poses(folder, assets).is_some()
 }
 
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file for each picture");
     let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
@@ -115,7 +113,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {
-        calibration.notices.push(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
     }
     if hints.intrinsics.is_none() {
         with_intrinsics(&scene, &place, size, assets, &mut calibration)?;
@@ -130,7 +128,7 @@ fn with_intrinsics(
     size: Option<[u32; 2]>,
     assets: &mut AssetRoot,
     calibration: &mut Calibration,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     let mut found: Vec<(String, DMat3)> = Vec::new();
     for folder in [scene, place] {
         for name in INTRINSICS {
@@ -142,7 +140,7 @@ fn with_intrinsics(
         }
     }
     let Some((name, k)) = found.first() else { return Ok(()) };
-    calibration.notices.push(format!(
+    calibration.note(format!(
         "K is that of {name}{}",
         match size {
             Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
@@ -150,7 +148,7 @@ fn with_intrinsics(
         }
     ));
     if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
-        calibration.notices.push(format!("{other} has another K, which is not used: --intrinsics {other} does"));
+        calibration.note(format!("{other} has another K, which is not used: --intrinsics {other} does"));
     }
     for record in &mut calibration.records {
         (record.k, record.size) = (Some(*k), size);

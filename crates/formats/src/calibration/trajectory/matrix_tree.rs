@@ -5,9 +5,8 @@ use std::path::Path;
 
 use crate::calibration::document::npy::NumpyArray;
 use crate::calibration::document::{Cursor, DocumentNode, npy, yaml, zip_members};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 16 << 20;
@@ -44,8 +43,7 @@ pub(crate) struct PosesOfTree {
 /// True for a document that has poses.
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if zip_members::is_zip(&source.bytes) {
-        let names = npy::names(&source.bytes);
-        return names.iter().any(|name| ARRAYS.contains(&name.as_str()))
+        return npy::names(&source.bytes).iter().any(|name| ARRAYS.contains(&name.as_str()))
             || npy::shapes(&source.bytes).is_some_and(|shapes| shapes.iter().all(|shape| is_matrix(shape)));
     }
     is_document(&source.path, text)
@@ -60,7 +58,7 @@ fn is_document(path: &Path, text: &str) -> bool {
 }
 
 /// The poses of a file; None for a text that is no document of poses.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>> {
     if zip_members::is_zip(&source.bytes) {
         return of_archive(source, assets).map(Some);
     }
@@ -101,7 +99,7 @@ pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMa
 }
 
 /// The poses of a `.npz` file: the array of them, or one array for each.
-fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
     let fail = |message: String| FormatError::whole(&source.path, message);
     let lists: Vec<_> = arrays.iter().filter(|(_, array)| is_poses(&array.shape) && array.shape.len() == 3).collect();
@@ -129,7 +127,7 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree,
     Ok(PosesOfTree { key, matrices, notices })
 }
 
-fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>, FormatError> {
+fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
     if has_poses(root) {
         let mut notices = Vec::new();
         let matrices = all(root, &mut notices)?;
@@ -161,10 +159,9 @@ fn has_poses(at: &Cursor<'_>) -> bool {
             // One matrix among other things is something else, as the transform of a data set is.
             count > 1 || count == 1 && entries.len() == 1
         }
-        Err(_) => at.list().is_ok_and(|items| {
-            let first = items.first();
-            first.is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())
-        }),
+        Err(_) => at
+            .list()
+            .is_ok_and(|items| items.first().is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())),
     }
 }
 
@@ -175,7 +172,7 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
 }
 
 /// The matrices of a node that has some.
-fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices, FormatError> {
+fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
     };

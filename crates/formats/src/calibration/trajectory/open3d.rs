@@ -6,12 +6,9 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, check_rigid, rigid, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let named = text.contains("\"PinholeCamera") || text.contains("\"PoseGraph\"");
@@ -23,7 +20,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     own.iter().all(|key| text.contains(key)) && text.matches(':').count() == 3 && text.matches('[').count() == 1
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -51,7 +48,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// The poses of the nodes of a graph.
-fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     root.unread_keys(|key| matches!(key, "class_name" | "nodes" | "edges" | "version_major" | "version_minor"))?;
     for (i, node) in nodes.list()?.into_iter().enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
@@ -59,16 +56,15 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
-         edges are not read"
-            .into(),
+         edges are not read",
     );
     Ok(())
 }
 
 /// The rotation and the translation of a matrix by columns.
-fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3), FormatError> {
+fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3)> {
     let columns = at.array::<16>()?;
     let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
     let rows = check_rigid(&rows).map_err(|message| {
@@ -77,7 +73,7 @@ fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3),
     Ok(rigid(&rows))
 }
 
-fn parameters(at: &Cursor<'_>, name: String) -> Result<CameraRecord, FormatError> {
+fn parameters(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     at.unknown_keys(&["class_name", "intrinsic", "extrinsic", "version_major", "version_minor"])?;
     intrinsics(&at.require("intrinsic")?, &mut record)?;
@@ -86,7 +82,7 @@ fn parameters(at: &Cursor<'_>, name: String) -> Result<CameraRecord, FormatError
     Ok(record)
 }
 
-fn intrinsics(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn intrinsics(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     at.unknown_keys(&["class_name", "width", "height", "intrinsic_matrix", "version_major", "version_minor"])?;
     let matrix = at.require("intrinsic_matrix")?;
     let k = DMat3::from_cols_array(&matrix.array::<9>()?);

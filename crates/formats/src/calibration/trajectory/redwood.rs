@@ -5,13 +5,10 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::rigid;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::matrices::{checked, words};
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let mut lines = data_lines(text).take(5);
@@ -21,7 +18,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     })
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let lines: Vec<(usize, &str)> = data_lines(source.text()?).collect();
     let mut calibration = Calibration::default();
@@ -46,7 +43,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.notices.push(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
     }
     Ok(calibration)
 }

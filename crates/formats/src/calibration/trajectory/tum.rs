@@ -7,20 +7,18 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::{joined, yaml_float};
 use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation, normalized};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::pose::normalized;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     looks_like(text, 8)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for (line, row) in data_lines(source.text()?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
@@ -45,11 +43,7 @@ pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
 }
 
 /// The camera of `calibration.txt`, which has no size.
-pub(crate) fn read_intrinsics(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let Some((line, row)) = data_lines(source.text()?).next() else {
         return Err(FormatError::whole(&source.path, "expected fx fy cx cy"));
     };
@@ -59,7 +53,7 @@ pub(crate) fn read_intrinsics(
 }
 
 /// K of `calibration.txt` and the size of the first picture of `rgb.txt`, beside a trajectory.
-fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     let Ok(file) = assets.read_reference(&source.path, "calibration.txt") else { return Ok(()) };
     if !detect_intrinsics(&file, file.text().unwrap_or_default()) {
         return Ok(());
@@ -69,7 +63,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
     let pictures = list.as_ref().and_then(|list| list.text().ok()).unwrap_or_default();
     let first = data_lines(pictures).find_map(|(_, line)| line.split_whitespace().nth(1));
     let size = size_of_picture(assets, &source.path, first);
-    calibration.notices.push(match size {
+    calibration.note(match size {
         Some([width, height]) => {
             format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
         }
@@ -81,7 +75,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
     Ok(())
 }
 
-pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
         return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
@@ -94,7 +88,7 @@ pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<Out
     })
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::from("# timestamp tx ty tz qx qy qz qw\n");
     for record in records {
         let time = match record.time {

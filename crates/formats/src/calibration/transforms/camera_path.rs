@@ -4,20 +4,17 @@
 use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{lens_of, middle_of, pinhole_matrix, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"camera_path\"") && text.contains("\"render_width\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     for (key, at) in root.entries()? {
@@ -56,15 +53,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the world of the trained scene; dataparser_transforms.json beside the run says how that was \
-         turned and scaled"
-            .into(),
+         turned and scaled",
     );
     if word == "fisheye" {
-        calibration.notices.push(
-            "fisheye without coefficients: taken as equidistant, with the focal length of the field of view".into(),
-        );
+        calibration
+            .note("fisheye without coefficients: taken as equidistant, with the focal length of the field of view");
     }
     Ok(calibration)
 }

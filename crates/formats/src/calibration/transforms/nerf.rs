@@ -11,15 +11,12 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{pinhole_matrix, set_panorama};
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys of intrinsics, for all or for one frame.
 const INTRINSICS: [&str; 19] = [
@@ -80,7 +77,7 @@ pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
     false // One reader for both; this row is a writer.
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration =
@@ -125,12 +122,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         calibration.records.push(record);
     }
     if measured > 0 {
-        calibration
-            .notices
-            .push(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
+        calibration.note(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
     }
     if lent > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
         ));
     }
@@ -175,12 +170,7 @@ fn moved_world(root: &Cursor<'_>) -> Option<String> {
     ))
 }
 
-fn intrinsics(
-    record: &mut CameraRecord,
-    frame: &Cursor<'_>,
-    root: &Cursor<'_>,
-    known: &ReadHints,
-) -> Result<(), FormatError> {
+fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, known: &ReadHints) -> Result<()> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let real = |key: &str| get(key).map(|at| at.number()).transpose();
     record.size = match (get("w"), get("h")) {
@@ -210,16 +200,14 @@ fn intrinsics(
     let half = |angle: Option<f64>, side: f64| angle.map(|angle| 0.5 * side / (0.5 * angle).tan());
     let fx = focals[0].or_else(|| half(angles[0], sides[0]));
     let fy = focals[1].or_else(|| half(angles[1], sides[1]).filter(|_| focals[0].is_none()));
-    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
-        return Err(root.fail("fl_x is missing"));
-    };
+    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else { return Err(root.fail("fl_x is missing")) };
     let [cx, cy] = [real("cx")?.unwrap_or(0.5 * sides[0]), real("cy")?.unwrap_or(0.5 * sides[1])];
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
     lens(record, frame, root)
 }
 
 /// The coefficients k1 k2 k3 k4 p1 p2: by their names, or in nerfstudio's `distortion_params`.
-fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6], FormatError> {
+fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let mut values = [0.0; 6];
     for (value, key) in values.iter_mut().zip(["k1", "k2", "k3", "k4", "p1", "p2"]) {
@@ -240,7 +228,7 @@ fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6], Forma
     Ok(listed)
 }
 
-fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
+fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let at = get("camera_model").unwrap_or_else(|| root.clone());
     let fisheye = get("is_fisheye").map_or(Ok("false"), |at| at.word())?;
@@ -276,7 +264,7 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
 }
 
 /// The fisheye of Project Aria: k0 to k5, p0 p1, s0 to s3, after fx fy cx cy or alone.
-fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
+fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
     let at = frame.get("distortion_params").or_else(|| root.get("distortion_params"));
     let at = at.ok_or_else(|| root.fail("FISHEYE624 needs distortion_params"))?;
     let values = at.numbers()?;
@@ -316,7 +304,7 @@ fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<String> {
     })
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::from("{\n");
     let all: Result<Vec<String>, _> = records.iter().map(intrinsics_text).collect();
     let all = all?;
@@ -356,7 +344,7 @@ pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
 }
 
 /// The keys of a camera's intrinsics.
-fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
+fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     let format = "NeRF's transforms.json";
     let [width, height] = record.require_size(format)?;
     let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(yaml_float);
@@ -379,7 +367,7 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
 }
 
-fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String, FormatError> {
+fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String> {
     let (rotation, c) = record.require_pose()?.world_r_c();
     let rows = matrix_rows34(flip_columns(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
     let time = record.time.map_or(String::new(), |time| format!(", \"time\": {}", yaml_float(time)));
@@ -396,7 +384,7 @@ fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<Str
 }
 
 /// One angle, square pixels, the principal point in the middle, no lens.
-pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
     let mut angles = Vec::new();

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::transforms::nerf;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
+use crate::error::Result;
+use crate::io::AssetRoot;
 
 const SPLITS: [&str; 3] = ["train", "val", "test"];
 
@@ -20,7 +18,7 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
 }
 
 /// The cameras of all splits, each named by its split.
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
     let mut known = hints.clone();
@@ -56,7 +54,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
 }
 
 /// A file for each split: that with which the names begin, else train.
-pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let mut written = OutputFiles::default();
     let mut unnamed = 0;
     for split in SPLITS {

@@ -4,15 +4,11 @@
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, check_rigid, rigid, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Folders of the JSON files below the folder of an export, the optimised poses first.
 const FOLDERS: [&str; 6] =
@@ -39,7 +35,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_cameras(folder, assets).is_some()
 }
 
-pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let place = find_cameras(folder, assets);
     let place = place.ok_or_else(|| FormatError::unsupported(&folder.path, "expected Polycam's keyframes"))?;
     let mut calibration = Calibration { notices: vec![PIXEL_RULE.into()], ..Calibration::default() };
@@ -49,11 +45,11 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints
     Ok(calibration)
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     Ok(Calibration { records: vec![camera(source)?], notices: vec![PIXEL_RULE.into()], ..Calibration::default() })
 }
 
-fn camera(source: &InputFile) -> Result<CameraRecord, FormatError> {
+fn camera(source: &InputFile) -> Result<CameraRecord> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     for (key, at) in root.entries()? {

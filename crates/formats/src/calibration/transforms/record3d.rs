@@ -5,14 +5,11 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, yaml, zip_members};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use crate::error::{FormatError, Result};
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys of depth, colour and the app, which say nothing of the cameras.
 const OTHER: [&str; 14] = [
@@ -44,7 +41,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     poses && text.contains("\"K\"") && (text.contains("\"fps\"") || text.contains("\"dw\"")) || is_r3d(source)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let unpacked;
     let text = if is_r3d(source) {
@@ -88,14 +85,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
-    calibration
-        .notices
-        .push("Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)".into());
+    calibration.note("Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)");
     Ok(calibration)
 }
 
 /// K of nine numbers by columns; where the last three are 0 0 1, they are by rows.
-fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3, FormatError> {
+fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3> {
     let k = DMat3::from_cols_array(&at.array()?);
     let k = if k.z_axis == DVec3::Z && k.row(2) != DVec3::Z { k.transpose() } else { k };
     match k.row(2) == DVec3::Z {

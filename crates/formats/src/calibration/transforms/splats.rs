@@ -9,13 +9,10 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{middle_of, pinhole_matrix};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
-use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use crate::error::Result;
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys that are not read, of which notices name the lines; the others are counted.
 const MAX_UNREAD: usize = 8;
@@ -24,7 +21,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"img_name\"", "\"rotation\"", "\"position\"", "\"fx\""].iter().all(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -54,13 +51,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let more = unread.split_off(unread.len().min(MAX_UNREAD));
     calibration.notices.extend(unread);
     if !more.is_empty() {
-        calibration.notices.push(format!("{} more keys are not read", more.len()));
+        calibration.note(format!("{} more keys are not read", more.len()));
     }
-    calibration.notices.push("the file has no principal point: it is in the middle of the pictures".into());
+    calibration.note("the file has no principal point: it is in the middle of the pictures");
     Ok(calibration)
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "cameras.json of Gaussian splats";
     let mut text = String::from("[");
     for (i, record) in records.iter().enumerate() {

@@ -28,12 +28,10 @@ pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(
             Ok(())
         }
         (Filter::Octahedral, 4) => each(bytes, i8::from_le_bytes, i8::to_le_bytes, |v| {
-            let v = octahedral(v.map(i32::from), 127.0)?;
-            Some(v.map(|c| c as i8))
+            Some(octahedral(v.map(i32::from), 127.0)?.map(|c| c as i8))
         }),
         (Filter::Octahedral, _) => each(bytes, i16::from_le_bytes, i16::to_le_bytes, |v| {
-            let v = octahedral(v.map(i32::from), 32767.0)?;
-            Some(v.map(|c| c as i16))
+            Some(octahedral(v.map(i32::from), 32767.0)?.map(|c| c as i16))
         }),
         (Filter::Quaternion, _) => each(bytes, i16::from_le_bytes, i16::to_le_bytes, quaternion),
         (Filter::Color, 4) => each(bytes, u8::from_le_bytes, u8::to_le_bytes, |v| {

@@ -10,7 +10,7 @@ mod stream;
 use std::path::Path;
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 pub use filter::Filter;
 
@@ -43,7 +43,7 @@ pub struct ViewHeader {
 /// # Errors
 /// When the shape is none that the extension allows, the bytes are not a whole stream of that shape, an element is
 /// outside of what its filter defines, or the budget has fewer bytes left.
-pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
+pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let fault = |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
     shape.check().map_err(fault)?;
     let ViewHeader { mode, count, stride } = shape;
@@ -54,8 +54,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
         Mode::Indices => count,
     };
     if least > bytes.len() {
-        let message = format!("{} bytes, too few for {count} elements", bytes.len());
-        return Err(fault(message));
+        return Err(fault(format!("{} bytes, too few for {count} elements", bytes.len())));
     }
     budget.take_bytes(path, (count as u64).saturating_mul(stride as u64))?;
     let decoded = match mode {

@@ -16,8 +16,7 @@ impl<'a> Stream<'a> {
     }
 
     pub(crate) fn read_bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let split = self.rest.split_at_checked(count);
-        let (taken, rest) = split.ok_or("ends early")?;
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or("ends early")?;
         self.rest = rest;
         Ok(taken)
     }

@@ -1,11 +1,10 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Accessor, Sparse};
-use crate::io::byte_source::ByteSource;
+use crate::io::ByteSource;
 
 /// Columns, rows, and so components of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {
@@ -55,12 +54,7 @@ impl Layout {
 
 impl<'a> Document<'a> {
     /// The elements of an accessor that is referred to from `from`.
-    pub(crate) fn elements(
-        &'a self,
-        index: usize,
-        from: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>, FormatError> {
+    pub(crate) fn elements(&'a self, index: usize, from: &str) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
         };
@@ -74,7 +68,7 @@ impl<'a> Document<'a> {
         }
         let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
-                allowance.charge(self.path, &place, count, size as u64)?;
+                self.charge(&place, count, size as u64)?;
                 (ByteSource::Memory(vec![0; count as usize * size].into()), size)
             }
             Some(view) => {
@@ -87,20 +81,19 @@ impl<'a> Document<'a> {
         };
         let count = count as usize;
         if let Some(sparse) = &accessor.sparse {
-            allowance.charge(self.path, &place, count as u64, size as u64)?;
+            self.charge(&place, count as u64, size as u64)?;
             // Without gaps, so that overlapping strides cannot be written through.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
-                let elements = bytes.chunks(stride);
-                elements.for_each(|element| dense.extend_from_slice(&element[..size]));
+                bytes.chunks(stride).for_each(|element| dense.extend_from_slice(&element[..size]));
             };
-            let copied = bytes.for_each_window(0, count, stride, size, copy);
-            copied.map_err(|error| self.read_error(error))?;
+            bytes.for_each_window(0, count, stride, size, copy).map_err(|error| self.read_error(error))?;
             self.overwrite_sparse(&place, sparse, size, &mut dense)?;
             stride = size;
             bytes = ByteSource::Memory(dense.into());
         }
         Ok(AccessorView {
+            document: self,
             place,
             wrong_format: wrong_format(from),
             component: layout.component,
@@ -113,7 +106,7 @@ impl<'a> Document<'a> {
     }
 
     /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
-    fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<(), FormatError> {
+    fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<()> {
         let fault = |message: String| self.fault(format!("{place}.sparse.{message}"));
         let count = dense.len() / size;
         let indices = &sparse.indices;

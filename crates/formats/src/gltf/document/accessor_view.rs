@@ -4,19 +4,12 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::codec::draco;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::Document;
-use crate::gltf::document::memory_allowance::MemoryAllowance;
-use crate::io::byte_source::ByteSource;
-use crate::io::parallel;
+use crate::io::{ByteSource, parallel};
 
 /// Elements that one thread decodes at a time.
 const BLOCK_ELEMENTS: usize = 1 << 15;
-
-/// Valid for every type but floats.
-fn always_valid(_: &[u8]) -> bool {
-    true
-}
 
 /// The type of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +59,7 @@ impl Component {
 
 /// The elements of an accessor.
 pub(crate) struct AccessorView<'a> {
+    pub(crate) document: &'a Document<'a>,
     /// As errors name it: `accessors[3]`.
     pub(crate) place: String,
     /// glTF-Validator's code for numbers of another format than expected.
@@ -91,39 +85,31 @@ impl AccessorView<'_> {
     }
 
     /// All elements as floats, integers divided by their largest where they are normalised.
-    pub(crate) fn floats<const N: usize>(
-        &self,
-        document: &Document<'_>,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Vec<[f32; N]>, FormatError> {
-        self.map_floats(document, allowance, |values| values)
+    pub(crate) fn floats<const N: usize>(&self) -> Result<Vec<[f32; N]>> {
+        self.map_floats(|values| values)
     }
 
     /// The results of `make` for the floats of every element.
     pub(crate) fn map_floats<const N: usize, T: Copy + Default + Send>(
         &self,
-        document: &Document<'_>,
-        allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
-    ) -> Result<Vec<[T; N]>, FormatError> {
-        let (made, finite) = self.map_any_floats(document, allowance, make)?;
-        if finite { Ok(made) } else { Err(self.non_finite_error::<N>(document)) }
+    ) -> Result<Vec<[T; N]>> {
+        let (made, finite) = self.map_any_floats(make)?;
+        if finite { Ok(made) } else { Err(self.non_finite_error::<N>()) }
     }
 
     /// The same, and true if all floats are finite.
     pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
         &self,
-        document: &Document<'_>,
-        allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
-    ) -> Result<(Vec<[T; N]>, bool), FormatError> {
+    ) -> Result<(Vec<[T; N]>, bool)> {
         if self.arity != N {
-            return Err(document.fault(format!(
+            return Err(self.document.fault(format!(
                 "{}.type: {} components, expected {N} ({})",
                 self.place, self.arity, self.wrong_format
             )));
         }
-        allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        self.document.charge(&self.place, self.count as u64, 4 * N as u64)?;
         let unit = self.normalized;
         let made = match self.component {
             Component::F32 => {
@@ -132,50 +118,52 @@ impl AccessorView<'_> {
                     let numbers = bytes.as_chunks::<4>().0.iter();
                     numbers.fold(true, |all, &v| all & f32::from_le_bytes(v).is_finite())
                 };
-                self.decode::<4, N, _, _>(f32::from_le_bytes, finite, make)
+                self.decode_checked::<4, N, _, _>(f32::from_le_bytes, finite, make)
             }
-            Component::I8 if unit => {
-                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), always_valid, make)
+            Component::I8 if unit => self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), make),
+            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), make),
+            Component::U8 if unit => self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, make),
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), make),
+            Component::I16 if unit => {
+                self.decode::<2, N, _, _>(|v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0), make)
             }
-            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), always_valid, make),
-            Component::U8 if unit => self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, always_valid, make),
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), always_valid, make),
-            Component::I16 if unit => self.decode::<2, N, _, _>(
-                |v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0),
-                always_valid,
-                make,
-            ),
-            Component::I16 => self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), always_valid, make),
-            Component::U16 if unit => {
-                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, always_valid, make)
-            }
-            Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), always_valid, make),
+            Component::I16 => self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), make),
+            Component::U16 if unit => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, make),
+            Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), make),
             Component::U32 => {
-                return Err(document
-                    .fault(format!("{}.componentType: 5125 is for indices only ({})", self.place, self.wrong_format)));
+                let message = format!("{}.componentType: 5125 is for indices only ({})", self.place, self.wrong_format);
+                return Err(self.document.fault(message));
             }
         };
-        made.map_err(|error| document.read_error(error))
+        made.map_err(|error| self.document.read_error(error))
     }
 
     /// The error of the first element that is not finite.
-    fn non_finite_error<const N: usize>(&self, document: &Document<'_>) -> FormatError {
-        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, always_valid, |values| values);
+    fn non_finite_error<const N: usize>(&self) -> FormatError {
+        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, |values| values);
         let values = match all {
             Ok((values, _)) => values,
-            Err(error) => return document.read_error(error),
+            Err(error) => return self.document.read_error(error),
         };
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
-        document.fault(format!(
+        self.document.fault(format!(
             "{}: element {i} is {:?}: expected finite numbers (ACCESSOR_INVALID_FLOAT)",
             self.place, values[i]
         ))
     }
 
-    /// The results of `make` for every element, whose numbers `read` decodes, and true if the bytes of all elements are
-    /// `valid`. Runs on several threads.
+    /// The results of `make` for every element, whose numbers `read` decodes, and true.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
+        &self,
+        read: impl Fn([u8; S]) -> V + Sync,
+        make: impl Fn([V; N]) -> [T; N] + Sync,
+    ) -> io::Result<(Vec<[T; N]>, bool)> {
+        self.decode_checked::<S, N, V, T>(read, |_| true, make)
+    }
+
+    /// The same, and true if the bytes of all elements are `valid`. Runs on several threads.
+    fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
         valid: impl Fn(&[u8]) -> bool + Sync,
@@ -187,7 +175,7 @@ impl AccessorView<'_> {
             make(std::array::from_fn(|i| read(numbers[i])))
         };
         let mut made = vec![[T::default(); N]; self.count];
-        let (stride, all_valid) = (self.stride, AtomicBool::new(true));
+        let (bytes, stride, all_valid) = (&self.bytes, self.stride, AtomicBool::new(true));
         let block = |first: usize, block: &mut [[T; N]]| {
             let count = block.len();
             let window = |number: usize, bytes: &[u8]| {
@@ -207,56 +195,48 @@ impl AccessorView<'_> {
                     all_valid.store(false, Ordering::Relaxed);
                 }
             };
-            self.bytes.for_each_window(first * stride, count, stride, size, window)
+            bytes.for_each_window(first * stride, count, stride, size, window)
         };
         parallel::fill_blocks(&mut made, BLOCK_ELEMENTS, block)?;
         Ok((made, all_valid.into_inner()))
     }
 
     /// All elements as unsigned integers.
-    pub(crate) fn integers<const N: usize>(
-        &self,
-        document: &Document<'_>,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Vec<[u32; N]>, FormatError> {
-        self.check_unsigned(document, N)?;
-        allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+    pub(crate) fn integers<const N: usize>(&self) -> Result<Vec<[u32; N]>> {
+        self.check_unsigned(N)?;
+        self.document.charge(&self.place, self.count as u64, 4 * N as u64)?;
         let made = match self.component {
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), always_valid, |v| v),
-            Component::U16 => self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), always_valid, |v| v),
-            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, always_valid, |v| v),
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), |v| v),
+            Component::U16 => self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), |v| v),
+            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, |v| v),
         };
-        let (made, _) = made.map_err(|error| document.read_error(error))?;
+        let (made, _) = made.map_err(|error| self.document.read_error(error))?;
         Ok(made)
     }
 
     /// Refuses elements that are not `expected` unsigned integers each.
-    fn check_unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
+    fn check_unsigned(&self, expected: usize) -> Result<()> {
         let kind = self.component;
         let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
         if self.arity == expected && unsigned && !self.normalized {
             return Ok(());
         }
         let normalized = if self.normalized { ", normalised" } else { "" };
-        Err(document.fault(format!(
+        Err(self.document.fault(format!(
             "{}: {} of type {kind:?}{normalized}, expected {expected} unsigned integers, not normalised ({})",
             self.place, self.arity, self.wrong_format
         )))
     }
 
     /// Single integers in order, `N` at a time, and how many are left over.
-    pub(crate) fn chunks<const N: usize>(
-        mut self,
-        document: &Document<'_>,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
-        self.check_unsigned(document, 1)?;
+    pub(crate) fn chunks<const N: usize>(mut self) -> Result<(Vec<[u32; N]>, usize)> {
+        self.check_unsigned(1)?;
         let over = self.count % N;
         if self.arity == 1 && self.stride == self.component.size() {
             (self.arity, self.count, self.stride) = (N, self.count / N, self.stride * N);
-            return Ok((self.integers(document, allowance)?, over));
+            return Ok((self.integers()?, over));
         }
-        let single = self.integers::<1>(document, allowance)?;
+        let single = self.integers::<1>()?;
         Ok((single.as_flattened().as_chunks().0.to_vec(), over))
     }
 }

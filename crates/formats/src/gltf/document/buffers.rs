@@ -6,16 +6,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::container::Container;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::extensions::MeshoptView;
 use crate::gltf::json::{BufferView, Root};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::companion;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile, companion};
 
 /// All bytes of a document.
 pub(crate) struct Resources<'a> {
@@ -43,8 +39,8 @@ impl<'a> Resources<'a> {
         root: &Root,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Self, FormatError> {
+        allowance: &MemoryAllowance,
+    ) -> Result<Self> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
@@ -103,8 +99,8 @@ impl<'a> Resources<'a> {
         source: &InputFile,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<View, FormatError> {
+        allowance: &MemoryAllowance,
+    ) -> Result<View> {
         let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
         // glTF 1.0 had 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
@@ -225,7 +221,7 @@ pub(crate) fn read_uri(
     place: &str,
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Vec<u8>, FormatError> {
+) -> Result<Vec<u8>> {
     let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, data)) = data.split_once(',') else {

@@ -7,10 +7,9 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{Diagnostics, InputFile};
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
@@ -42,7 +41,7 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 
 impl Container {
     /// Recognised by the magic number.
-    pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
+    pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self> {
         let bytes = &source.bytes;
         if bytes.starts_with(MAGIC) {
             let length = glb_length(source, diagnostics)?;
@@ -58,15 +57,14 @@ impl Container {
     }
 
     /// The chunks of a GLB file of `length` bytes.
-    fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
+    fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
         let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
         while at < length {
             let (Some(size), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) else {
-                let message = "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
-                return fault(at, message);
+                return fault(at, "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)");
             };
             let start = at + 8;
             let end = start + size as usize;
@@ -79,9 +77,7 @@ impl Container {
             }
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
-                (_, true) => {
-                    return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)");
-                }
+                (_, true) => return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)"),
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
                     return fault(at, "a second chunk of its kind (GLB_DUPLICATE_CHUNK)");
@@ -100,7 +96,7 @@ impl Container {
     }
 
     /// The document: text that is JSON, of a glTF version that is read.
-    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root, FormatError> {
+    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
@@ -123,8 +119,7 @@ impl Container {
             }
         };
         let Some(asset) = &root.asset else {
-            let message = "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?";
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?"));
         };
         check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
@@ -143,7 +138,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 /// The length that the header of a GLB file declares, checked.
-fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize, FormatError> {
+fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize> {
     let InputFile { path, bytes, .. } = source;
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
@@ -179,7 +174,7 @@ struct AnyAsset {
 }
 
 /// Refuses other versions than 2.
-fn check_version(version: &str, path: &Path) -> Result<(), FormatError> {
+fn check_version(version: &str, path: &Path) -> Result<()> {
     if version.split('.').next() == Some("2") {
         return Ok(());
     }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Every extension that is read.
 const SUPPORTED: &[&str] = &[
@@ -39,7 +39,7 @@ const SUPPORTED: &[&str] = &[
 const IGNORABLE: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
 /// Refuses a file that requires what is not read; says what is used and not read.
-pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> Result<(), FormatError> {
+pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> Result<()> {
     let known = |name: &String| SUPPORTED.contains(&&name[..]) || IGNORABLE.contains(&&name[..]);
     let unknown: Vec<&str> =
         root.extensions_required.iter().filter(|name| !known(name)).map(|name| &name[..]).collect();

@@ -13,10 +13,11 @@ use std::path::Path;
 
 use raycam_scene::SceneError;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Root;
-use crate::io::input_file::InputFile;
+use crate::io::InputFile;
 
 /// A document and the bytes it refers to.
 pub(crate) struct Document<'a> {
@@ -24,12 +25,18 @@ pub(crate) struct Document<'a> {
     pub(crate) source: &'a InputFile,
     pub(crate) root: Root,
     pub(crate) resources: Resources<'a>,
+    pub(crate) allowance: MemoryAllowance,
 }
 
 impl Document<'_> {
     /// An error of this file; the message begins with the place in the document.
     pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
         FormatError::whole(self.path, message)
+    }
+
+    /// Charges `count` elements of `size` bytes at `place` to the allowance, before they are allocated.
+    pub(crate) fn charge(&self, place: &str, count: u64, size: u64) -> Result<()> {
+        self.allowance.charge(self.path, place, count, size)
     }
 
     /// The error of bytes that cannot be read any more.
@@ -43,7 +50,7 @@ impl Document<'_> {
     }
 
     /// The item at an index that is written at `place`.
-    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T, FormatError> {
+    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T> {
         all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
     }
 

@@ -1,6 +1,20 @@
 //! The JSON of glTF 2.0 as typed data. Unknown keys are passed over, as the specification demands (section 3.12 on
 //! extensions, 3.13 on extras); what is required is typed as required.
 
+/// Objects of glTF's JSON, whose fields have camel case there, or the name in front of them; any may be missing.
+macro_rules! json_objects {
+    ($($(#[$about:meta])* struct $name:ident {
+        $($(#[$note:meta])* $($key:literal)? $field:ident: $type:ty,)*
+    })*) => {$(
+        $(#[$about])*
+        #[derive(Debug, Default, serde::Deserialize)]
+        #[serde(rename_all = "camelCase", default)]
+        pub(crate) struct $name {
+            $($(#[$note])* $(#[serde(rename = $key)])? pub(crate) $field: $type,)*
+        }
+    )*};
+}
+
 pub(crate) mod extensions;
 pub(crate) mod material;
 pub(crate) mod texture_info;
@@ -12,37 +26,33 @@ use crate::gltf::json::extensions::{
 };
 use crate::gltf::json::material::Material;
 
-/// A document.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(crate) struct Root {
-    pub(crate) asset: Option<Asset>,
-    pub(crate) extensions_used: Vec<String>,
-    pub(crate) extensions_required: Vec<String>,
-    pub(crate) scene: Option<usize>,
-    pub(crate) scenes: Vec<Scene>,
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) meshes: Vec<Mesh>,
-    pub(crate) cameras: Vec<Camera>,
-    pub(crate) materials: Vec<Material>,
-    pub(crate) textures: Vec<Texture>,
-    pub(crate) images: Vec<Image>,
-    pub(crate) samplers: Vec<Sampler>,
-    pub(crate) accessors: Vec<Accessor>,
-    pub(crate) buffer_views: Vec<BufferView>,
-    pub(crate) buffers: Vec<Buffer>,
-    pub(crate) skins: Vec<Skin>,
-    pub(crate) animations: Vec<Animation>,
-    pub(crate) extensions: RootExtensions,
-}
+json_objects! {
+    /// A document.
+    struct Root {
+        asset: Option<Asset>,
+        extensions_used: Vec<String>,
+        extensions_required: Vec<String>,
+        scene: Option<usize>,
+        scenes: Vec<Scene>,
+        nodes: Vec<Node>,
+        meshes: Vec<Mesh>,
+        cameras: Vec<Camera>,
+        materials: Vec<Material>,
+        textures: Vec<Texture>,
+        images: Vec<Image>,
+        samplers: Vec<Sampler>,
+        accessors: Vec<Accessor>,
+        buffer_views: Vec<BufferView>,
+        buffers: Vec<Buffer>,
+        skins: Vec<Skin>,
+        animations: Vec<Animation>,
+        extensions: RootExtensions,
+    }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct RootExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub(crate) lights: Option<Lights>,
-    #[serde(rename = "KHR_materials_variants")]
-    pub(crate) variants: Option<Variants>,
+    struct RootExtensions {
+        "KHR_lights_punctual" lights: Option<Lights>,
+        "KHR_materials_variants" variants: Option<Variants>,
+    }
 }
 
 impl RootExtensions {
@@ -58,27 +68,25 @@ pub(crate) struct Asset {
     pub(crate) min_version: Option<String>,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct Scene {
-    pub(crate) name: String,
-    pub(crate) nodes: Vec<usize>,
-}
+json_objects! {
+    struct Scene {
+        name: String,
+        nodes: Vec<usize>,
+    }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct Node {
-    pub(crate) name: String,
-    pub(crate) children: Vec<usize>,
-    pub(crate) matrix: Option<[f64; 16]>,
-    pub(crate) translation: Option<[f64; 3]>,
-    pub(crate) rotation: Option<[f64; 4]>,
-    pub(crate) scale: Option<[f64; 3]>,
-    pub(crate) mesh: Option<usize>,
-    pub(crate) camera: Option<usize>,
-    pub(crate) skin: Option<usize>,
-    pub(crate) weights: Option<Vec<f32>>,
-    pub(crate) extensions: NodeExtensions,
+    struct Node {
+        name: String,
+        children: Vec<usize>,
+        matrix: Option<[f64; 16]>,
+        translation: Option<[f64; 3]>,
+        rotation: Option<[f64; 4]>,
+        scale: Option<[f64; 3]>,
+        mesh: Option<usize>,
+        camera: Option<usize>,
+        skin: Option<usize>,
+        weights: Option<Vec<f32>>,
+        extensions: NodeExtensions,
+    }
 }
 
 impl Node {
@@ -96,15 +104,12 @@ impl Node {
     }
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct NodeExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub(crate) light: Option<NodeLight>,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(crate) instancing: Option<GpuInstancing>,
-    #[serde(rename = "KHR_node_visibility")]
-    pub(crate) visibility: Option<Visibility>,
+json_objects! {
+    struct NodeExtensions {
+        "KHR_lights_punctual" light: Option<NodeLight>,
+        "EXT_mesh_gpu_instancing" instancing: Option<GpuInstancing>,
+        "KHR_node_visibility" visibility: Option<Visibility>,
+    }
 }
 
 impl NodeExtensions {
@@ -139,13 +144,11 @@ fn triangles() -> u32 {
     4
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct PrimitiveExtensions {
-    #[serde(rename = "KHR_draco_mesh_compression")]
-    pub(crate) draco: Option<Draco>,
-    #[serde(rename = "KHR_materials_variants")]
-    pub(crate) variants: Option<VariantMapping>,
+json_objects! {
+    struct PrimitiveExtensions {
+        "KHR_draco_mesh_compression" draco: Option<Draco>,
+        "KHR_materials_variants" variants: Option<VariantMapping>,
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -185,38 +188,30 @@ pub(crate) struct Orthographic {
     pub(crate) _far: f64,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct Texture {
-    pub(crate) sampler: Option<usize>,
-    pub(crate) source: Option<usize>,
-    pub(crate) extensions: TextureExtensions,
-}
+json_objects! {
+    struct Texture {
+        sampler: Option<usize>,
+        source: Option<usize>,
+        extensions: TextureExtensions,
+    }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct TextureExtensions {
-    #[serde(rename = "KHR_texture_basisu")]
-    pub(crate) basisu: Option<TextureSource>,
-    #[serde(rename = "EXT_texture_webp")]
-    pub(crate) webp: Option<TextureSource>,
-}
+    struct TextureExtensions {
+        "KHR_texture_basisu" basisu: Option<TextureSource>,
+        "EXT_texture_webp" webp: Option<TextureSource>,
+    }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(crate) struct Image {
-    pub(crate) name: String,
-    pub(crate) uri: Option<String>,
-    pub(crate) buffer_view: Option<usize>,
-}
+    struct Image {
+        name: String,
+        uri: Option<String>,
+        buffer_view: Option<usize>,
+    }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(crate) struct Sampler {
-    pub(crate) mag_filter: Option<u32>,
-    pub(crate) min_filter: Option<u32>,
-    pub(crate) wrap_s: Option<u32>,
-    pub(crate) wrap_t: Option<u32>,
+    struct Sampler {
+        mag_filter: Option<u32>,
+        min_filter: Option<u32>,
+        wrap_s: Option<u32>,
+        wrap_t: Option<u32>,
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -272,13 +267,11 @@ pub(crate) struct BufferView {
     pub(crate) extensions: ViewExtensions,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct ViewExtensions {
-    #[serde(rename = "EXT_meshopt_compression")]
-    pub(crate) ext_meshopt: Option<MeshoptView>,
-    #[serde(rename = "KHR_meshopt_compression")]
-    pub(crate) khr_meshopt: Option<MeshoptView>,
+json_objects! {
+    struct ViewExtensions {
+        "EXT_meshopt_compression" ext_meshopt: Option<MeshoptView>,
+        "KHR_meshopt_compression" khr_meshopt: Option<MeshoptView>,
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -317,11 +310,10 @@ pub(crate) struct ChannelTarget {
     pub(crate) extensions: TargetExtensions,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct TargetExtensions {
-    #[serde(rename = "KHR_animation_pointer")]
-    pub(crate) pointer: Option<Pointer>,
+json_objects! {
+    struct TargetExtensions {
+        "KHR_animation_pointer" pointer: Option<Pointer>,
+    }
 }
 
 #[derive(Debug, Deserialize)]

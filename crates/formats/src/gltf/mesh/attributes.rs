@@ -1,16 +1,12 @@
 //! Sources of the attributes and indices of a primitive: accessors, or a Draco stream.
 
 use crate::codec::draco;
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor::ATTRIBUTE_FORMAT;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Draco, Primitive};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::parallel;
+use crate::io::{AssetRoot, ByteSource, Diagnostics, parallel};
 
 /// A primitive's attributes by name.
 pub(crate) struct AttributeSource<'a> {
@@ -28,17 +24,14 @@ impl<'a> AttributeSource<'a> {
         primitive: &'a Primitive,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Self, FormatError> {
+    ) -> Result<Self> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
                 _ if matches!(&name[..], "POSITION" | "NORMAL" | "TANGENT" | "COLOR_0") => continue,
                 // The application's own.
                 _ if name.starts_with('_') => continue,
                 Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "not used: COLOR_0 is",
-                Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => {
-                    continue;
-                }
+                Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => continue,
                 _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
             };
             diagnostics.note(format!("{place}.attributes.{name}"), message);
@@ -53,7 +46,7 @@ impl<'a> AttributeSource<'a> {
             let bytes = bytes.read().map_err(|error| document.read_error(error))?;
             let mesh = draco::decode(&bytes, document.path, &mut assets.budget)?;
             let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
-            allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
+            document.allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
             decoded = Some((draco, mesh));
         }
         Ok(Self { document, place: place.into(), primitive, decoded })
@@ -64,21 +57,15 @@ impl<'a> AttributeSource<'a> {
     }
 
     /// The elements of an attribute, where it has it.
-    pub(crate) fn elements(
-        &'a self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<AccessorView<'a>>, FormatError> {
-        let Some(&index) = self.primitive.attributes.get(name) else {
-            return Ok(None);
-        };
+    pub(crate) fn elements(&'a self, name: &str) -> Result<Option<AccessorView<'a>>> {
+        let Some(&index) = self.primitive.attributes.get(name) else { return Ok(None) };
         let place = format!("{}.attributes.{name}", self.place);
         let accessor = self.document.root.accessors.get(index);
         let Some((draco, mesh)) = &self.decoded else {
-            return self.document.elements(index, &place, allowance).map(Some);
+            return self.document.elements(index, &place).map(Some);
         };
         let Some(&id) = draco.attributes.get(name) else {
-            return self.document.elements(index, &place, allowance).map(Some);
+            return self.document.elements(index, &place).map(Some);
         };
         let found = mesh.attributes.iter().find(|a| a.id as usize == id);
         let Some(attribute) = found else {
@@ -93,6 +80,7 @@ impl<'a> AttributeSource<'a> {
                 .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not have")));
         };
         Ok(Some(AccessorView {
+            document: self.document,
             place,
             wrong_format: ATTRIBUTE_FORMAT,
             component,
@@ -106,11 +94,7 @@ impl<'a> AttributeSource<'a> {
 
     /// The vertices of the corners of the primitive, in order and `N` at a time, and the number of corners left over;
     /// `count` is the number of vertices.
-    pub(crate) fn corners<const N: usize>(
-        &'a self,
-        count: usize,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
+    pub(crate) fn corners<const N: usize>(&'a self, count: usize) -> Result<(Vec<[u32; N]>, usize)> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
             let (groups, over) = mesh.triangles.as_flattened().as_chunks();
@@ -118,7 +102,7 @@ impl<'a> AttributeSource<'a> {
         }
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
-            allowance.charge(document.path, &place, count as u64, 4)?;
+            document.charge(&place, count as u64, 4)?;
             let count = u32::try_from(count)
                 .map_err(|_| document.fault(format!("{place}: {count} vertices, more than 32 bits count")))?;
             let each = N as u32;
@@ -127,14 +111,14 @@ impl<'a> AttributeSource<'a> {
             return Ok((groups, (count % each) as usize));
         };
         let place = format!("{}.indices", self.place);
-        let elements = document.elements(index, &place, allowance)?;
+        let elements = document.elements(index, &place)?;
         let restart = match elements.component {
             Component::U8 => 0xff,
             Component::U16 => 0xffff,
             _ => u32::MAX,
         };
         let place = elements.place.clone();
-        let (groups, over) = elements.chunks::<N>(document, allowance)?;
+        let (groups, over) = elements.chunks::<N>()?;
         let indices = groups.as_flattened();
         let (_, largest) = parallel::min_max(indices);
         if largest as usize >= count

@@ -2,12 +2,12 @@
 
 use raycam_scene::Mesh;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Vertex data that the materials of a primitive need, those of its variants included.
 pub(crate) struct MaterialRequirements {
@@ -18,11 +18,7 @@ pub(crate) struct MaterialRequirements {
 }
 
 impl MaterialRequirements {
-    pub(crate) fn of_primitive(
-        document: &Document<'_>,
-        place: &str,
-        primitive: &Primitive,
-    ) -> Result<Self, FormatError> {
+    pub(crate) fn of_primitive(document: &Document<'_>, place: &str, primitive: &Primitive) -> Result<Self> {
         let mappings = primitive.extensions.variants.iter();
         let mappings = mappings.flat_map(|variants| &variants.mappings);
         let materials = primitive.material.into_iter();
@@ -72,8 +68,7 @@ impl Material {
         let clearcoat = clearcoat.and_then(|coat| coat.clearcoat_normal_texture.as_ref());
         let anisotropy = extensions.anisotropy.as_ref();
         let texture = anisotropy.and_then(|ani| ani.anisotropy_texture.as_ref());
-        let textures = [self.normal_texture.as_ref(), clearcoat, texture];
-        let first = textures.into_iter().flatten().next();
+        let first = [self.normal_texture.as_ref(), clearcoat, texture].into_iter().flatten().next();
         first.map(TextureInfo::uv_set).or(anisotropy.map(|_| 0))
     }
 }

@@ -3,20 +3,17 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::geometry::finite;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Primitive;
 use crate::gltf::mesh::attributes::AttributeSource;
 use crate::gltf::mesh::material_requirements::MaterialRequirements;
 use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::mesh::tangent;
 use crate::gltf::mesh::vertex_window::VertexWindow;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::parallel;
+use crate::io::{AssetRoot, Diagnostics, parallel};
 
 /// A primitive of triangles.
 pub(crate) struct PrimitiveMesh {
@@ -33,33 +30,22 @@ pub(crate) struct PrimitiveReader<'a> {
     pub(crate) primitive: &'a Primitive,
     pub(crate) assets: &'a mut AssetRoot,
     pub(crate) diagnostics: &'a mut Diagnostics,
-    pub(crate) allowance: &'a mut MemoryAllowance,
 }
 
 impl PrimitiveReader<'_> {
     /// The mesh of the primitive; `None` where it has no triangles.
-    pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>, FormatError> {
+    pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>> {
         if !self.has_triangle_mode()? {
             return Ok(None);
         }
-        let source = AttributeSource::new(
-            self.document,
-            self.place,
-            self.primitive,
-            self.assets,
-            self.diagnostics,
-            self.allowance,
-        )?;
+        let source = AttributeSource::new(self.document, self.place, self.primitive, self.assets, self.diagnostics)?;
         self.note_missing_bounds();
-        let Some(positions) = source.elements("POSITION", self.allowance)? else {
-            let message = "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)";
-            self.diagnostics.note(self.place, message);
+        let Some(positions) = source.elements("POSITION")? else {
+            self.diagnostics.note(self.place, "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)");
             return Ok(None);
         };
         let count = positions.count;
-        let Some(mut triangles) = self.triangles(&source, count)? else {
-            return Ok(None);
-        };
+        let Some(mut triangles) = self.triangles(&source, count)? else { return Ok(None) };
         let (first, last) = parallel::min_max(triangles.as_flattened());
         if first > 0 {
             for corner in triangles.as_flattened_mut() {
@@ -86,7 +72,7 @@ impl PrimitiveReader<'_> {
         }
         self.shading_attributes(&window, &mut mesh)?;
         self.colors(&window, &mut mesh)?;
-        let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
+        let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics)?;
         let needed = MaterialRequirements::of_primitive(self.document, self.place, self.primitive)?;
         needed.check_uvs(self.place, &mesh, self.diagnostics);
         if mesh.tangents.is_none()
@@ -99,7 +85,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// True for lists, strips and fans of triangles; points and lines get a notice.
-    fn has_triangle_mode(&mut self) -> Result<bool, FormatError> {
+    fn has_triangle_mode(&mut self) -> Result<bool> {
         let what = match self.primitive.mode {
             0 => "points",
             1..=3 => "lines",
@@ -110,8 +96,7 @@ impl PrimitiveReader<'_> {
                     .fault(format!("{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
-        let message = format!("{what} are not shown: only triangles have a surface");
-        self.diagnostics.note(self.place, message);
+        self.diagnostics.note(self.place, format!("{what} are not shown: only triangles have a surface"));
         Ok(false)
     }
 
@@ -135,19 +120,18 @@ impl PrimitiveReader<'_> {
     }
 
     /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
-    fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>, FormatError> {
+    fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>> {
         let (triangles, over) = match self.primitive.mode {
-            4 => source.corners::<3>(count, self.allowance)?,
+            4 => source.corners::<3>(count)?,
             mode => {
-                let (corners, _) = source.corners::<1>(count, self.allowance)?;
+                let (corners, _) = source.corners::<1>(count)?;
                 let corners = corners.into_flattened();
                 let over = if corners.len() < 3 { corners.len() } else { 0 };
                 (strip_or_fan_triangles(mode, &corners), over)
             }
         };
         if triangles.is_empty() {
-            let message = format!("{over} corners make no triangle");
-            self.diagnostics.note(self.place, message);
+            self.diagnostics.note(self.place, format!("{over} corners make no triangle"));
             return Ok(None);
         }
         if over > 0 {
@@ -158,23 +142,22 @@ impl PrimitiveReader<'_> {
     }
 
     /// Positions as float64, and true if all are finite.
-    fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool), FormatError> {
-        let (path, count) = (self.document.path, elements.count as u64);
-        self.allowance.charge(path, &elements.place, count, 12)?;
+    fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool)> {
+        self.document.charge(&elements.place, elements.count as u64, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
-        let (positions, finite) = elements.map_any_floats(self.document, self.allowance, widen)?;
+        let (positions, finite) = elements.map_any_floats(widen)?;
         // Optimised to a no-op: the same layout.
         Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 
     /// Normals, texture coordinates and tangents.
-    fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
-        if let Some(normals) = window.elements("NORMAL", self.allowance)? {
+    fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
+        if let Some(normals) = window.elements("NORMAL")? {
             let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
-            mesh.normals = Some(normals.map_floats(self.document, self.allowance, unit)?);
+            mesh.normals = Some(normals.map_floats(unit)?);
         }
-        mesh.uvs = window.floats("TEXCOORD_0", self.allowance)?;
-        while let Some(uvs) = window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1), self.allowance)? {
+        mesh.uvs = window.floats("TEXCOORD_0")?;
+        while let Some(uvs) = window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1))? {
             mesh.more_uvs.push(uvs);
         }
         if mesh.uvs.is_none() && !mesh.more_uvs.is_empty() {
@@ -186,22 +169,19 @@ impl PrimitiveReader<'_> {
                 let [x, y, z] = Vec3::new(x, y, z).normalize_or_zero().to_array();
                 [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }]
             };
-            let tangents: Option<Vec<[f32; 4]>> = window.floats("TANGENT", self.allowance)?;
+            let tangents: Option<Vec<[f32; 4]>> = window.floats("TANGENT")?;
             mesh.tangents = tangents.map(|all| all.into_iter().map(unit).collect());
         }
         Ok(())
     }
 
     /// Vertex colours and opacities.
-    fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
+    fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         let (document, place) = (self.document, self.place);
         if window.source.has("COLOR_1") {
-            let message = "only the first set of vertex colours is used";
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(place, "only the first set of vertex colours is used");
         }
-        let Some(elements) = window.elements("COLOR_0", self.allowance)? else {
-            return Ok(());
-        };
+        let Some(elements) = window.elements("COLOR_0")? else { return Ok(()) };
         let mut clamped = false;
         let mut unit_interval = |v: f32| {
             clamped |= !(0.0..=1.0).contains(&v);
@@ -214,14 +194,14 @@ impl PrimitiveReader<'_> {
             )));
         }
         if elements.arity == 4 {
-            let colors = elements.floats::<4>(document, self.allowance)?;
+            let colors = elements.floats::<4>()?;
             mesh.vertex_colors = Some(colors.iter().map(|&[r, g, b, _]| [r, g, b].map(&mut unit_interval)).collect());
             if colors.iter().any(|color| color[3] != 1.0) {
                 let alphas = colors.iter().map(|color| unit_interval(color[3]));
                 mesh.vertex_opacities = Some(alphas.collect());
             }
         } else {
-            let colors = elements.floats::<3>(document, self.allowance)?;
+            let colors = elements.floats::<3>()?;
             let colors = colors.iter().map(|color| color.map(&mut unit_interval));
             mesh.vertex_colors = Some(colors.collect());
         }

@@ -2,13 +2,12 @@
 
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
-use crate::error::FormatError;
-use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::error::Result;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::extensions::Attributes;
 use crate::gltf::mesh::tangent::resample;
 use crate::gltf::mesh::vertex_window::VertexWindow;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Morph targets and joints of vertices: a [`DeformableMesh`] without its mesh.
 #[derive(Default)]
@@ -24,21 +23,18 @@ impl VertexWindow<'_> {
         place: &str,
         primitive: &Primitive,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<SkinMorph, FormatError> {
+    ) -> Result<SkinMorph> {
         let mut skin_morph = SkinMorph::default();
         for (i, attributes) in primitive.targets.iter().enumerate() {
-            let target = self.target(&format!("targets[{i}]"), attributes, diagnostics, allowance)?;
+            let target = self.target(&format!("targets[{i}]"), attributes, diagnostics)?;
             skin_morph.targets.push(target);
         }
         for set in 0.. {
             let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
-            let found = (self.elements(&joints, allowance)?, self.elements(&weights, allowance)?);
-            let (Some(joints), Some(weights)) = found else {
-                break;
-            };
-            let joints = joints.integers::<4>(self.document, allowance)?;
-            let weights = weights.floats::<4>(self.document, allowance)?;
+            let found = (self.elements(&joints)?, self.elements(&weights)?);
+            let (Some(joints), Some(weights)) = found else { break };
+            let joints = joints.integers::<4>()?;
+            let weights = weights.floats::<4>()?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
                 let message = format!("{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)");
                 return Err(self.document.fault(message));
@@ -51,24 +47,18 @@ impl VertexWindow<'_> {
         Ok(skin_morph)
     }
 
-    fn target(
-        &self,
-        place: &str,
-        attributes: &Attributes,
-        diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<MorphTarget, FormatError> {
+    fn target(&self, place: &str, attributes: &Attributes, diagnostics: &mut Diagnostics) -> Result<MorphTarget> {
         let mut target = MorphTarget::default();
         for (name, &index) in attributes {
-            let elements = self.accessor(index, &format!("{place}.{name}"), allowance)?;
+            let elements = self.accessor(index, &format!("{place}.{name}"))?;
             match (&name[..], elements.arity) {
-                ("POSITION", _) => target.vertices = Some(elements.floats(self.document, allowance)?),
-                ("NORMAL", _) => target.normals = Some(elements.floats(self.document, allowance)?),
-                ("TANGENT", _) => target.tangents = Some(elements.floats(self.document, allowance)?),
-                ("TEXCOORD_0", _) => target.uvs = Some(elements.floats(self.document, allowance)?),
-                ("COLOR_0", 3) => target.colors = Some(elements.floats(self.document, allowance)?),
+                ("POSITION", _) => target.vertices = Some(elements.floats()?),
+                ("NORMAL", _) => target.normals = Some(elements.floats()?),
+                ("TANGENT", _) => target.tangents = Some(elements.floats()?),
+                ("TEXCOORD_0", _) => target.uvs = Some(elements.floats()?),
+                ("COLOR_0", 3) => target.colors = Some(elements.floats()?),
                 ("COLOR_0", _) => {
-                    let colors = elements.floats::<4>(self.document, allowance)?;
+                    let colors = elements.floats::<4>()?;
                     target.colors = Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
                 }
                 _ => diagnostics.note(format!("{place}.{name}"), "is not morphed"),

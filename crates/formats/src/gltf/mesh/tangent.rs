@@ -64,9 +64,7 @@ impl Geometry for Corners<'_> {
 /// split; returned is which vertex each one was.
 pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
-    let Some(uvs) = mesh.uv_set(set) else {
-        return unchanged();
-    };
+    let Some(uvs) = mesh.uv_set(set) else { return unchanged() };
     let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
     // Its error has no variants yet; with one, the mesh keeps what it has.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {

@@ -1,9 +1,8 @@
 //! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::mesh::attributes::AttributeSource;
 
 /// The vertices of a primitive's accessors that its triangles use.
@@ -22,30 +21,19 @@ impl<'a> VertexWindow<'a> {
     }
 
     /// The elements of an attribute that are used.
-    pub(crate) fn elements(
-        &self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<AccessorView<'a>>, FormatError> {
-        let Some(elements) = self.source.elements(name, allowance)? else {
-            return Ok(None);
-        };
+    pub(crate) fn elements(&self, name: &str) -> Result<Option<AccessorView<'a>>> {
+        let Some(elements) = self.source.elements(name)? else { return Ok(None) };
         self.checked(elements, &format!("attributes.{name}")).map(Some)
     }
 
     /// The same elements of an accessor of its own, as morph targets have it.
-    pub(crate) fn accessor(
-        &self,
-        index: usize,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>, FormatError> {
+    pub(crate) fn accessor(&self, index: usize, name: &str) -> Result<AccessorView<'a>> {
         let place = format!("{}.{name}", self.source.place);
-        let elements = self.document.elements(index, &place, allowance)?;
+        let elements = self.document.elements(index, &place)?;
         self.checked(elements, name)
     }
 
-    fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>, FormatError> {
+    fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>> {
         if elements.count != self.count {
             return Err(self.document.fault(format!(
                 "{}.{name}: {} elements, but there are {} positions \
@@ -56,13 +44,9 @@ impl<'a> VertexWindow<'a> {
         Ok(self.slice(elements))
     }
 
-    pub(crate) fn floats<const N: usize>(
-        &self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<Vec<[f32; N]>>, FormatError> {
-        match self.elements(name, allowance)? {
-            Some(elements) => elements.floats(self.document, allowance).map(Some),
+    pub(crate) fn floats<const N: usize>(&self, name: &str) -> Result<Option<Vec<[f32; N]>>> {
+        match self.elements(name)? {
+            Some(elements) => elements.floats().map(Some),
             None => Ok(None),
         }
     }

@@ -6,13 +6,13 @@ use raycam_scene::animation::{
     Animation, AnimationSampler, AnimationTarget, Channel, Node, SamplerInterpolation, Transform,
 };
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
     /// All animations of the document, of nodes that are `nodes`.
-    pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>, FormatError> {
+    pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>> {
         let document = self.document;
         let mut animations = Vec::new();
         for (i, json) in document.root.animations.iter().enumerate() {
@@ -20,9 +20,7 @@ impl Builder<'_, '_> {
             for (j, channel) in json.channels.iter().enumerate() {
                 let place = format!("animations[{i}].channels[{j}]");
                 let targets = self.channel_targets(&place, channel, nodes)?;
-                let Some(&target) = targets.first() else {
-                    continue;
-                };
+                let Some(&target) = targets.first() else { continue };
                 let at = format!("{place}.sampler");
                 let sampler = document.get(&json.samplers, channel.sampler, &at)?;
                 let at = format!("animations[{i}].samplers[{}]", channel.sampler);
@@ -45,7 +43,7 @@ impl Builder<'_, '_> {
         place: &str,
         channel: &json::Channel,
         nodes: &[Node],
-    ) -> Result<Vec<AnimationTarget>, FormatError> {
+    ) -> Result<Vec<AnimationTarget>> {
         let document = self.document;
         let json = &channel.target;
         let pointer = json.extensions.pointer.as_ref().map(|p| &p.pointer[..]);
@@ -90,8 +88,7 @@ impl Builder<'_, '_> {
             "weights" => AnimationTarget::Weights(node),
             "extensions/KHR_node_visibility/visible" => AnimationTarget::Visible(node),
             path => {
-                let message = format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)");
-                self.diagnostics.note(place, message);
+                self.diagnostics.note(place, format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)"));
                 return Ok(Vec::new());
             }
         };
@@ -114,7 +111,7 @@ impl Builder<'_, '_> {
         json: &json::AnimationSampler,
         width: usize,
         rotation: bool,
-    ) -> Result<AnimationSampler, FormatError> {
+    ) -> Result<AnimationSampler> {
         let document = self.document;
         let interpolation = match &json.interpolation[..] {
             "STEP" => SamplerInterpolation::Step,
@@ -124,15 +121,13 @@ impl Builder<'_, '_> {
                 return Err(document.fault(format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
             }
         };
-        let allowance = &mut self.allowance;
-        let input = document.elements(json.input, &format!("{place}.input"), allowance)?;
-        let times = input.floats::<1>(document, allowance)?.into_flattened();
-        let output = document.elements(json.output, &format!("{place}.output"), allowance)?;
+        let times = document.elements(json.input, &format!("{place}.input"))?.floats::<1>()?.into_flattened();
+        let output = document.elements(json.output, &format!("{place}.output"))?;
         let values = match output.arity {
-            2 => output.floats::<2>(document, allowance)?.into_flattened(),
-            3 => output.floats::<3>(document, allowance)?.into_flattened(),
-            4 => output.floats::<4>(document, allowance)?.into_flattened(),
-            _ => output.floats::<1>(document, allowance)?.into_flattened(),
+            2 => output.floats::<2>()?.into_flattened(),
+            3 => output.floats::<3>()?.into_flattened(),
+            4 => output.floats::<4>()?.into_flattened(),
+            _ => output.floats::<1>()?.into_flattened(),
         };
         // As glTF-Validator calls what is wrong with them, if something is.
         let code = if times.first().is_some_and(|first| *first < 0.0) {

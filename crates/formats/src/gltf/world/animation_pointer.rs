@@ -46,6 +46,13 @@ pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
 
 type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
+/// The texture of an extension.
+macro_rules! of {
+    ($extension:ident, $texture:ident) => {
+        |m| m.extensions.$extension.as_ref()?.$texture.as_ref()
+    };
+}
+
 /// Textures of a material, by their paths below it.
 pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| m.pbr_metallic_roughness.base_color_texture.as_ref()),
@@ -55,52 +62,43 @@ pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ("normalTexture", T::Normal, |m| m.normal_texture.as_ref()),
     ("occlusionTexture", T::Occlusion, |m| m.occlusion_texture.as_ref()),
     ("emissiveTexture", T::Emission, |m| m.emissive_texture.as_ref()),
-    ("extensions/KHR_materials_specular/specularTexture", T::Specular, |m| {
-        m.extensions.specular.as_ref()?.specular_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_specular/specularColorTexture", T::SpecularColor, |m| {
-        m.extensions.specular.as_ref()?.specular_color_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_transmission/transmissionTexture", T::Transmission, |m| {
-        m.extensions.transmission.as_ref()?.transmission_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_volume/thicknessTexture", T::Thickness, |m| {
-        m.extensions.volume.as_ref()?.thickness_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_clearcoat/clearcoatTexture", T::Clearcoat, |m| {
-        m.extensions.clearcoat.as_ref()?.clearcoat_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", T::ClearcoatRoughness, |m| {
-        m.extensions.clearcoat.as_ref()?.clearcoat_roughness_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", T::ClearcoatNormal, |m| {
-        m.extensions.clearcoat.as_ref()?.clearcoat_normal_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_sheen/sheenColorTexture", T::SheenColor, |m| {
-        m.extensions.sheen.as_ref()?.sheen_color_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", T::SheenRoughness, |m| {
-        m.extensions.sheen.as_ref()?.sheen_roughness_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_iridescence/iridescenceTexture", T::Iridescence, |m| {
-        m.extensions.iridescence.as_ref()?.iridescence_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", T::IridescenceThickness, |m| {
-        m.extensions.iridescence.as_ref()?.iridescence_thickness_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_anisotropy/anisotropyTexture", T::Anisotropy, |m| {
-        m.extensions.anisotropy.as_ref()?.anisotropy_texture.as_ref()
-    }),
-    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture", T::DiffuseTransmission, |m| {
-        m.extensions.diffuse_transmission.as_ref()?.diffuse_transmission_texture.as_ref()
-    }),
+    ("extensions/KHR_materials_specular/specularTexture", T::Specular, of!(specular, specular_texture)),
+    ("extensions/KHR_materials_specular/specularColorTexture", T::SpecularColor, of!(specular, specular_color_texture)),
+    (
+        "extensions/KHR_materials_transmission/transmissionTexture",
+        T::Transmission,
+        of!(transmission, transmission_texture),
+    ),
+    ("extensions/KHR_materials_volume/thicknessTexture", T::Thickness, of!(volume, thickness_texture)),
+    ("extensions/KHR_materials_clearcoat/clearcoatTexture", T::Clearcoat, of!(clearcoat, clearcoat_texture)),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
+        T::ClearcoatRoughness,
+        of!(clearcoat, clearcoat_roughness_texture),
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
+        T::ClearcoatNormal,
+        of!(clearcoat, clearcoat_normal_texture),
+    ),
+    ("extensions/KHR_materials_sheen/sheenColorTexture", T::SheenColor, of!(sheen, sheen_color_texture)),
+    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", T::SheenRoughness, of!(sheen, sheen_roughness_texture)),
+    ("extensions/KHR_materials_iridescence/iridescenceTexture", T::Iridescence, of!(iridescence, iridescence_texture)),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessTexture",
+        T::IridescenceThickness,
+        of!(iridescence, iridescence_thickness_texture),
+    ),
+    ("extensions/KHR_materials_anisotropy/anisotropyTexture", T::Anisotropy, of!(anisotropy, anisotropy_texture)),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
+        T::DiffuseTransmission,
+        of!(diffuse_transmission, diffuse_transmission_texture),
+    ),
     (
         "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
         T::DiffuseTransmissionColor,
-        |m| {
-            let extension = m.extensions.diffuse_transmission.as_ref()?;
-            extension.diffuse_transmission_color_texture.as_ref()
-        },
+        of!(diffuse_transmission, diffuse_transmission_color_texture),
     ),
 ];
 
@@ -178,9 +176,7 @@ impl Builder<'_, '_> {
     pub(crate) fn animated_materials(&self, targets: impl Iterator<Item = AnimationTarget>) -> Vec<AnimatedMaterial> {
         let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {
-            let AnimationTarget::Material(material, property) = target else {
-                continue;
-            };
+            let AnimationTarget::Material(material, property) = target else { continue };
             let document = &self.document.root.materials;
             let (Some(json), Some(base)) = (document.get(material), self.world.materials.get(material)) else {
                 continue;

@@ -7,16 +7,13 @@ use raycam_scene::animation::DeformableMesh;
 use raycam_scene::{Image, World};
 
 use crate::gltf::document::Document;
-use crate::gltf::document::memory_allowance::MemoryAllowance;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::{AssetRoot, Diagnostics};
 
 /// A world under construction.
 pub(crate) struct Builder<'a, 'b> {
     pub(crate) document: &'a Document<'a>,
     pub(crate) assets: &'b mut AssetRoot,
     pub(crate) diagnostics: Diagnostics,
-    pub(crate) allowance: MemoryAllowance,
     pub(crate) world: World,
     pub(crate) textures: ImportedTextures,
     pub(crate) meshes: ImportedMeshes,

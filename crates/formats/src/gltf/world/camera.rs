@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
@@ -28,7 +28,7 @@ impl Builder<'_, '_> {
         index: usize,
         node_name: &str,
         world_from_node: DAffine3,
-    ) -> Result<Option<usize>, FormatError> {
+    ) -> Result<Option<usize>> {
         let document = self.document;
         let json = document.get(&document.root.cameras, index, place)?;
         let place = format!("cameras[{index}]");
@@ -36,13 +36,11 @@ impl Builder<'_, '_> {
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
-                let message = "its node mirrors or shears it, which is left out of its pose";
-                self.diagnostics.note(&place, message);
+                self.diagnostics.note(&place, "its node mirrors or shears it, which is left out of its pose");
                 pose
             }
             None => {
-                let message = "its node flattens it: the camera is left out";
-                self.diagnostics.note(&place, message);
+                self.diagnostics.note(&place, "its node flattens it: the camera is left out");
                 return Ok(None);
             }
         };
@@ -68,7 +66,7 @@ impl Builder<'_, '_> {
     }
 
     /// The projection of a camera, checked.
-    fn projection(&mut self, place: &str, json: &json::Camera) -> Result<Projection, FormatError> {
+    fn projection(&mut self, place: &str, json: &json::Camera) -> Result<Projection> {
         let fault = |message: &str| self.document.fault(format!("{place}{message}"));
         match (&json.kind[..], &json.perspective, &json.orthographic) {
             ("perspective", Some(perspective), _) => {

@@ -9,7 +9,7 @@ use glam::DAffine3;
 use raycam_scene::Light;
 use raycam_scene::animation::NodeLight;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::material::NON_NEGATIVE;
 
@@ -21,7 +21,7 @@ impl Builder<'_, '_> {
         index: usize,
         node: usize,
         world_from_node: DAffine3,
-    ) -> Result<Option<NodeLight>, FormatError> {
+    ) -> Result<Option<NodeLight>> {
         let document = self.document;
         let lights = document.root.extensions.lights.as_ref();
         let lights = lights.map_or(&[][..], |lights| &lights.lights);
@@ -31,15 +31,13 @@ impl Builder<'_, '_> {
         let intensity = self.number(&format!("{place}.intensity"), json.intensity, NON_NEGATIVE);
         let power = color.map(|v| v * intensity);
         if json.range.is_some() {
-            let message = "range is a hint to cut light off, which is not followed";
-            self.diagnostics.note(&place, message);
+            self.diagnostics.note(&place, "range is a hint to cut light off, which is not followed");
         }
         let position = world_from_node.translation.to_array();
         // Light leaves along -z; scale does not matter.
         let direction = -world_from_node.matrix3.z_axis;
         let Some(direction) = direction.try_normalize() else {
-            let message = "its node flattens it: the light is left out";
-            self.diagnostics.note(&place, message);
+            self.diagnostics.note(&place, "its node flattens it: the light is left out");
             return Ok(None);
         };
         let light = match &json.kind[..] {

@@ -1,10 +1,8 @@
 //! Materials: metallic-roughness and the extensions that add to it.
 
-use raycam_scene::material::principled::{NormalMap, Principled, Textured};
-use raycam_scene::material::{Alpha, Material, MaterialModel};
-use raycam_scene::texture::TextureSlot;
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot, Textured};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
@@ -16,19 +14,18 @@ const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
     /// All materials, with those of the document first and in its order; then the one of those that have none.
-    pub(crate) fn materials(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn materials(&mut self) -> Result<()> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
             let place = format!("materials[{i}]");
             let material = self.material(&place, json)?;
-            let added = self.world.add_material(material);
-            added.map_err(|error| document.scene(&place, error))?;
+            self.world.add_material(material).map_err(|error| document.scene(&place, error))?;
         }
         Ok(())
     }
 
     /// The index in the world of a material of the document, or of glTF's own for those that have none.
-    pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize, FormatError> {
+    pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize> {
         let document = self.document;
         let count = document.root.materials.len();
         match index {
@@ -41,13 +38,12 @@ impl Builder<'_, '_> {
                     model: MaterialModel::Principled(Box::default()),
                     ..Material::default()
                 };
-                let added = self.world.add_material(material);
-                added.map_err(|error| document.scene(place, error))
+                self.world.add_material(material).map_err(|error| document.scene(place, error))
             }
         }
     }
 
-    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material, FormatError> {
+    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material> {
         let pbr = &json.pbr_metallic_roughness;
         let at = |key: &str| format!("{place}.{key}");
         let pbr_at = |key: &str| format!("{place}.pbrMetallicRoughness.{key}");
@@ -65,16 +61,11 @@ impl Builder<'_, '_> {
             let factor = pbr.base_color_factor.unwrap_or([1.0; 4]);
             let [r, g, b, a] = self.numbers(&pbr_at("baseColorFactor"), factor, UNIT_INTERVAL);
             (material.color, material.opacity) = ([r, g, b], a);
-            let info = pbr.base_color_texture.as_ref();
-            material.texture = self.slot(&pbr_at("baseColorTexture"), info, Color)?;
-            let info = pbr.metallic_roughness_texture.as_ref();
-            let texture = self.slot(&pbr_at("metallicRoughnessTexture"), info, Data)?;
-            let (metallic, roughness) = (pbr.metallic_factor, pbr.roughness_factor);
-            let metallic = metallic.unwrap_or(1.0);
-            let value = self.number(&pbr_at("metallicFactor"), metallic, UNIT_INTERVAL);
+            material.texture = self.slot(&pbr_at("baseColorTexture"), &pbr.base_color_texture, Color)?;
+            let texture = self.slot(&pbr_at("metallicRoughnessTexture"), &pbr.metallic_roughness_texture, Data)?;
+            let value = self.number(&pbr_at("metallicFactor"), pbr.metallic_factor.unwrap_or(1.0), UNIT_INTERVAL);
             principled.metallic = Textured { value, texture };
-            let roughness = roughness.unwrap_or(1.0);
-            let value = self.number(&pbr_at("roughnessFactor"), roughness, UNIT_INTERVAL);
+            let value = self.number(&pbr_at("roughnessFactor"), pbr.roughness_factor.unwrap_or(1.0), UNIT_INTERVAL);
             principled.roughness = Textured { value, texture };
         }
         if extensions.unlit.is_some() {
@@ -88,16 +79,14 @@ impl Builder<'_, '_> {
         let emission = self.numbers(&at("emissiveFactor"), json.emissive_factor, UNIT_INTERVAL);
         material.emission = Textured {
             value: emission.map(|v| v * strength),
-            texture: self.slot(&at("emissiveTexture"), json.emissive_texture.as_ref(), Color)?,
+            texture: self.slot(&at("emissiveTexture"), &json.emissive_texture, Color)?,
         };
-        let normal = json.normal_texture.as_ref();
-        material.normal_map = self.normal_map(&at("normalTexture"), normal)?;
+        material.normal_map = self.normal_map(&at("normalTexture"), &json.normal_texture)?;
         if let Some(info) = &json.occlusion_texture {
-            let place = at("occlusionTexture");
             let strength = info.strength.unwrap_or(1.0);
             material.occlusion = Some(Textured {
-                value: self.number(&format!("{place}.strength"), strength, UNIT_INTERVAL),
-                texture: self.slot(&place, Some(info), Data)?,
+                value: self.number(&at("occlusionTexture.strength"), strength, UNIT_INTERVAL),
+                texture: self.slot(&at("occlusionTexture"), &json.occlusion_texture, Data)?,
             });
         }
         self.read_extensions(&at("extensions"), extensions, &mut principled)?;
@@ -105,7 +94,7 @@ impl Builder<'_, '_> {
         Ok(material)
     }
 
-    fn alpha(&mut self, place: &str, json: &json::Material) -> Result<Alpha, FormatError> {
+    fn alpha(&mut self, place: &str, json: &json::Material) -> Result<Alpha> {
         Ok(match json.alpha_mode.as_deref() {
             None | Some("OPAQUE") => Alpha::Opaque,
             Some("BLEND") => Alpha::Blend,
@@ -120,147 +109,113 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn read_extensions(
-        &mut self,
-        place: &str,
-        extensions: &Extensions,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
-        let at = |name: &str, key: &str| format!("{place}.KHR_materials_{name}.{key}");
+    fn read_extensions(&mut self, place: &str, extensions: &Extensions, p: &mut Principled) -> Result<()> {
+        let at = |name: &str| format!("{place}.KHR_materials_{name}");
         if let Some(json) = &extensions.ior {
             let ior = json.ior.unwrap_or(1.5);
             // 0 has a meaning of its own.
             let least = if ior == 0.0 { 0.0 } else { 1.0 };
-            principled.ior = self.number(&at("ior", "ior"), ior, [least, NON_NEGATIVE[1]]);
+            p.ior = self.number(&at("ior.ior"), ior, [least, NON_NEGATIVE[1]]);
         }
         if let Some(json) = &extensions.specular {
-            self.specular(&format!("{place}.KHR_materials_specular"), json, principled)?;
+            self.specular(&at("specular"), json, p)?;
         }
         if let Some(json) = &extensions.transmission {
-            principled.transmission = self.textured_factor(
-                &at("transmission", "transmission"),
-                json.transmission_factor,
-                json.transmission_texture.as_ref(),
-                Data,
-            )?;
+            let (factor, texture) = (json.transmission_factor, &json.transmission_texture);
+            p.transmission = self.textured_factor(&at("transmission.transmission"), factor, texture, Data)?;
         }
         if let Some(json) = &extensions.volume {
-            self.volume(&format!("{place}.KHR_materials_volume"), json, principled)?;
+            self.volume(&at("volume"), json, p)?;
         }
         if let Some(json) = &extensions.dispersion {
-            principled.dispersion = self.number(&at("dispersion", "dispersion"), json.dispersion, NON_NEGATIVE);
+            p.dispersion = self.number(&at("dispersion.dispersion"), json.dispersion, NON_NEGATIVE);
         }
         if let Some(json) = &extensions.clearcoat {
-            self.clearcoat(&format!("{place}.KHR_materials_clearcoat"), json, principled)?;
+            self.clearcoat(&at("clearcoat"), json, p)?;
         }
         if let Some(json) = &extensions.sheen {
-            self.sheen(&format!("{place}.KHR_materials_sheen"), json, principled)?;
+            self.sheen(&at("sheen"), json, p)?;
         }
         if let Some(json) = &extensions.iridescence {
-            self.iridescence(&format!("{place}.KHR_materials_iridescence"), json, principled)?;
+            self.iridescence(&at("iridescence"), json, p)?;
         }
         if let Some(json) = &extensions.anisotropy {
-            self.anisotropy(&format!("{place}.KHR_materials_anisotropy"), json, principled)?;
+            self.anisotropy(&at("anisotropy"), json, p)?;
         }
         if let Some(json) = &extensions.diffuse_transmission {
-            self.diffuse_transmission(&format!("{place}.KHR_materials_diffuse_transmission"), json, principled)?;
+            self.diffuse_transmission(&at("diffuse_transmission"), json, p)?;
         }
         Ok(())
     }
 
-    fn specular(&mut self, place: &str, json: &json::Specular, principled: &mut Principled) -> Result<(), FormatError> {
+    fn specular(&mut self, place: &str, json: &json::Specular, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        principled.specular = self.textured_factor(
-            &at("specular"),
-            json.specular_factor.unwrap_or(1.0),
-            json.specular_texture.as_ref(),
-            Color,
-        )?;
+        let factor = json.specular_factor.unwrap_or(1.0);
+        p.specular = self.textured_factor(&at("specular"), factor, &json.specular_texture, Color)?;
         let color = json.specular_color_factor.unwrap_or([1.0; 3]);
-        principled.specular_color = Textured {
+        p.specular_color = Textured {
             value: self.numbers(&at("specularColorFactor"), color, NON_NEGATIVE),
-            texture: self.slot(&at("specularColorTexture"), json.specular_color_texture.as_ref(), Color)?,
+            texture: self.slot(&at("specularColorTexture"), &json.specular_color_texture, Color)?,
         };
         Ok(())
     }
 
-    fn volume(&mut self, place: &str, json: &json::Volume, principled: &mut Principled) -> Result<(), FormatError> {
+    fn volume(&mut self, place: &str, json: &json::Volume, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        principled.thickness = Textured {
+        p.thickness = Textured {
             value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
-            texture: self.slot(&at("thicknessTexture"), json.thickness_texture.as_ref(), Data)?,
+            texture: self.slot(&at("thicknessTexture"), &json.thickness_texture, Data)?,
         };
         let color = json.attenuation_color.unwrap_or([1.0; 3]);
-        principled.attenuation_color = self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
+        p.attenuation_color = self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
         if let Some(distance) = json.attenuation_distance {
             let least = f64::from(f32::MIN_POSITIVE);
-            principled.attenuation_distance =
-                self.number(&at("attenuationDistance"), distance, [least, NON_NEGATIVE[1]]);
+            p.attenuation_distance = self.number(&at("attenuationDistance"), distance, [least, NON_NEGATIVE[1]]);
         }
         Ok(())
     }
 
-    fn clearcoat(
-        &mut self,
-        place: &str,
-        json: &json::Clearcoat,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn clearcoat(&mut self, place: &str, json: &json::Clearcoat, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        let (strength, roughness) = (json.clearcoat_factor, json.clearcoat_roughness_factor);
-        let texture = json.clearcoat_texture.as_ref();
-        principled.clearcoat = self.textured_factor(&at("clearcoat"), strength, texture, Data)?;
-        let texture = json.clearcoat_roughness_texture.as_ref();
-        principled.clearcoat_roughness = self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
-        let normal = json.clearcoat_normal_texture.as_ref();
-        principled.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), normal)?;
+        p.clearcoat = self.textured_factor(&at("clearcoat"), json.clearcoat_factor, &json.clearcoat_texture, Data)?;
+        let (roughness, texture) = (json.clearcoat_roughness_factor, &json.clearcoat_roughness_texture);
+        p.clearcoat_roughness = self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
+        p.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), &json.clearcoat_normal_texture)?;
         Ok(())
     }
 
-    fn sheen(&mut self, place: &str, json: &json::Sheen, principled: &mut Principled) -> Result<(), FormatError> {
+    fn sheen(&mut self, place: &str, json: &json::Sheen, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        let color = json.sheen_color_factor;
-        principled.sheen_color = Textured {
-            value: self.numbers(&at("sheenColorFactor"), color, UNIT_INTERVAL),
-            texture: self.slot(&at("sheenColorTexture"), json.sheen_color_texture.as_ref(), Color)?,
+        p.sheen_color = Textured {
+            value: self.numbers(&at("sheenColorFactor"), json.sheen_color_factor, UNIT_INTERVAL),
+            texture: self.slot(&at("sheenColorTexture"), &json.sheen_color_texture, Color)?,
         };
-        let texture = json.sheen_roughness_texture.as_ref();
-        principled.sheen_roughness =
-            self.textured_factor(&at("sheenRoughness"), json.sheen_roughness_factor, texture, Color)?;
+        let (roughness, texture) = (json.sheen_roughness_factor, &json.sheen_roughness_texture);
+        p.sheen_roughness = self.textured_factor(&at("sheenRoughness"), roughness, texture, Color)?;
         Ok(())
     }
 
-    fn iridescence(
-        &mut self,
-        place: &str,
-        json: &json::Iridescence,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn iridescence(&mut self, place: &str, json: &json::Iridescence, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        let texture = json.iridescence_texture.as_ref();
-        principled.iridescence = self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
+        let (factor, texture) = (json.iridescence_factor, &json.iridescence_texture);
+        p.iridescence = self.textured_factor(&at("iridescence"), factor, texture, Data)?;
         let ior = json.iridescence_ior.unwrap_or(1.3);
-        principled.iridescence_ior = self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
+        p.iridescence_ior = self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
         let thickness =
             [json.iridescence_thickness_minimum.unwrap_or(100.0), json.iridescence_thickness_maximum.unwrap_or(400.0)];
-        principled.iridescence_thickness = self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
-        let texture = json.iridescence_thickness_texture.as_ref();
-        principled.iridescence_thickness_texture = self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
+        p.iridescence_thickness = self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
+        let texture = &json.iridescence_thickness_texture;
+        p.iridescence_thickness_texture = self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
         Ok(())
     }
 
-    fn anisotropy(
-        &mut self,
-        place: &str,
-        json: &json::Anisotropy,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn anisotropy(&mut self, place: &str, json: &json::Anisotropy, p: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        principled.anisotropy = Textured {
+        p.anisotropy = Textured {
             value: self.number(&at("anisotropyStrength"), json.anisotropy_strength, UNIT_INTERVAL),
-            texture: self.slot(&at("anisotropyTexture"), json.anisotropy_texture.as_ref(), Data)?,
+            texture: self.slot(&at("anisotropyTexture"), &json.anisotropy_texture, Data)?,
         };
-        principled.anisotropy_rotation = json.anisotropy_rotation as f32;
+        p.anisotropy_rotation = json.anisotropy_rotation as f32;
         Ok(())
     }
 
@@ -268,20 +223,16 @@ impl Builder<'_, '_> {
         &mut self,
         place: &str,
         json: &json::DiffuseTransmission,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+        p: &mut Principled,
+    ) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
-        let texture = json.diffuse_transmission_texture.as_ref();
-        let factor = json.diffuse_transmission_factor;
-        principled.diffuse_transmission = self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
+        let (factor, texture) = (json.diffuse_transmission_factor, &json.diffuse_transmission_texture);
+        p.diffuse_transmission = self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
         let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
-        principled.diffuse_transmission_color = Textured {
+        let texture = &json.diffuse_transmission_color_texture;
+        p.diffuse_transmission_color = Textured {
             value: self.numbers(&at("diffuseTransmissionColorFactor"), color, UNIT_INTERVAL),
-            texture: self.slot(
-                &at("diffuseTransmissionColorTexture"),
-                json.diffuse_transmission_color_texture.as_ref(),
-                Color,
-            )?,
+            texture: self.slot(&at("diffuseTransmissionColorTexture"), texture, Color)?,
         };
         Ok(())
     }
@@ -291,18 +242,18 @@ impl Builder<'_, '_> {
         &mut self,
         place: &str,
         value: f64,
-        info: Option<&TextureInfo>,
+        info: &Option<TextureInfo>,
         color_use: ColorUse,
-    ) -> Result<Textured<f32>, FormatError> {
+    ) -> Result<Textured<f32>> {
         Ok(Textured {
             value: self.number(&format!("{place}Factor"), value, UNIT_INTERVAL),
             texture: self.slot(&format!("{place}Texture"), info, color_use)?,
         })
     }
 
-    fn normal_map(&mut self, place: &str, info: Option<&TextureInfo>) -> Result<Option<NormalMap>, FormatError> {
+    fn normal_map(&mut self, place: &str, info: &Option<TextureInfo>) -> Result<Option<NormalMap>> {
         let slot: Option<TextureSlot> = self.slot(place, info, Data)?;
-        let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
+        let scale = info.as_ref().and_then(|info| info.scale).unwrap_or(1.0);
         Ok(slot.map(|texture| NormalMap { texture, scale: scale.clamp(-NON_NEGATIVE[1], NON_NEGATIVE[1]) as f32 }))
     }
 

@@ -4,22 +4,21 @@ use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::mesh::primitive::PrimitiveReader;
 use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::world::builder::{Builder, ImportedMesh};
 
 impl Builder<'_, '_> {
     /// A mesh that `place` refers to; `None` where it has no triangles.
-    pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>, FormatError> {
+    pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>> {
         if let Some(known) = self.meshes.known.get(&index) {
             return Ok(known.clone());
         }
         let document = self.document;
         let json = document.get(&document.root.meshes, index, place)?;
         if json.primitives.is_empty() {
-            let message = format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)");
-            return Err(document.fault(message));
+            return Err(document.fault(format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)")));
         }
         let (mut parts, mut bends, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
         for (i, primitive) in json.primitives.iter().enumerate() {
@@ -30,7 +29,6 @@ impl Builder<'_, '_> {
                 primitive,
                 assets: self.assets,
                 diagnostics: &mut self.diagnostics,
-                allowance: &mut self.allowance,
             }
             .read()?;
             if let Some(part) = part {

@@ -7,7 +7,7 @@ use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Tra
 use raycam_scene::world::Variant;
 use raycam_scene::{Mesh, Object, World};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Node;
 use crate::gltf::world::builder::Builder;
@@ -21,7 +21,7 @@ struct NodeOrder {
 
 impl Builder<'_, '_> {
     /// Adds everything that the scene's nodes show, as it is before anything has moved.
-    pub(crate) fn nodes(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn nodes(&mut self) -> Result<()> {
         let document = self.document;
         let nodes = &document.root.nodes;
         let tree = document.node_order()?;
@@ -73,21 +73,14 @@ impl Builder<'_, '_> {
         }
         if moving || rig.objects.iter().any(|mount| mount.deformable.is_some()) {
             let world = World { node_tree: Some(Arc::new(rig)), ..std::mem::take(&mut self.world) };
-            let rested = world.at_rest();
-            self.world = rested.map_err(|error| document.scene("nodes", error))?;
+            self.world = world.at_rest().map_err(|error| document.scene("nodes", error))?;
             self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
         }
         Ok(())
     }
 
     /// Adds the camera, the light and the objects of node `i`.
-    fn add_node(
-        &mut self,
-        i: usize,
-        transform: DAffine3,
-        visible: bool,
-        rig: &mut NodeTree,
-    ) -> Result<(), FormatError> {
+    fn add_node(&mut self, i: usize, transform: DAffine3, visible: bool, rig: &mut NodeTree) -> Result<()> {
         let node = &self.document.root.nodes[i];
         let moving = !rig.animations.is_empty();
         let place = format!("nodes[{i}]");
@@ -102,8 +95,7 @@ impl Builder<'_, '_> {
             }));
         }
         if !visible && (node.mesh.is_some() || node.extensions.light.is_some()) {
-            let message = "hidden, as KHR_node_visibility says";
-            self.diagnostics.note(&place, message);
+            self.diagnostics.note(&place, "hidden, as KHR_node_visibility says");
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
@@ -118,7 +110,7 @@ impl Builder<'_, '_> {
     }
 
     /// The nodes of the scene to show: the default one, else the first, else all.
-    fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>, FormatError> {
+    fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>> {
         let document = self.document;
         let root = &document.root;
         let index = match root.scene {
@@ -141,8 +133,7 @@ impl Builder<'_, '_> {
             let place = format!("scenes[{index}].nodes[{i}]");
             document.get(&root.nodes, node, &place)?;
             if tree.parents[node].is_some() {
-                let message = "a node that has a parent (SCENE_NON_ROOT_NODE)";
-                self.diagnostics.note(place, message);
+                self.diagnostics.note(place, "a node that has a parent (SCENE_NON_ROOT_NODE)");
             }
         }
         Ok(scene.nodes.clone())
@@ -155,7 +146,7 @@ impl Builder<'_, '_> {
         imported: &ImportedMesh,
         world_from_node: DAffine3,
         rig: &mut NodeTree,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let document = self.document;
         let (place, node) = (&format!("nodes[{index}]"), &document.root.nodes[index]);
         let mesh_name = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
@@ -183,7 +174,7 @@ impl Builder<'_, '_> {
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();
                 let size = whole.vertices.len() + whole.triangles.len();
-                self.allowance.charge(document.path, place, size as u64, 64)?;
+                document.charge(place, size as u64, 64)?;
                 match rig::flattened(&whole, world_from_mesh) {
                     Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(flat) => {
@@ -202,14 +193,13 @@ impl Builder<'_, '_> {
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
                 let size = shape.mesh.vertices.len() + shape.mesh.triangles.len();
-                self.allowance.charge(document.path, place, size as u64, 64)?;
+                document.charge(place, size as u64, 64)?;
                 self.world.meshes.push(shape.mesh.clone());
                 mesh = self.world.meshes.len() - 1;
             }
             let materials = imported.materials.clone();
             let object = Object::new(name, mesh, materials, world_from_mesh);
-            let added = self.world.add_object(object);
-            let object = added.map_err(|error| document.scene(place, error))?;
+            let object = self.world.add_object(object).map_err(|error| document.scene(place, error))?;
             self.apply_variants(object, node, imported)?;
             if moving || shape.is_some() {
                 rig.objects.push(NodeObject {
@@ -227,7 +217,7 @@ impl Builder<'_, '_> {
     }
 
     /// `KHR_materials_variants`: which materials an object has in which.
-    fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<(), FormatError> {
+    fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<()> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
         for (slot, &primitive) in imported.primitives.iter().enumerate() {
@@ -249,11 +239,9 @@ impl Builder<'_, '_> {
     }
 
     /// `EXT_mesh_gpu_instancing`; a node without it has one instance, in its own place.
-    fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>, FormatError> {
+    fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>> {
         let document = self.document;
-        let Some(attributes) = node.extensions.instances() else {
-            return Ok(vec![DAffine3::IDENTITY]);
-        };
+        let Some(attributes) = node.extensions.instances() else { return Ok(vec![DAffine3::IDENTITY]) };
         let place = format!("{place}.extensions.EXT_mesh_gpu_instancing.attributes");
         let (mut translations, mut rotations, mut scales) = (None, None, None);
         let mut count = None;
@@ -263,22 +251,21 @@ impl Builder<'_, '_> {
                 self.diagnostics.note(place, "not used");
                 continue;
             }
-            let elements = document.elements(index, &place, &mut self.allowance)?;
+            let elements = document.elements(index, &place)?;
             if *count.get_or_insert(elements.count) != elements.count {
-                let message = format!("{place}: another number of elements than the others");
-                return Err(document.fault(message));
+                return Err(document.fault(format!("{place}: another number of elements than the others")));
             }
             // An instance is an object of its own, which takes more than a vertex.
             let amount = 16 * elements.count as u64;
             self.assets.budget.take_elements(document.path, amount)?;
             match &name[..] {
-                "TRANSLATION" => translations = Some(elements.floats::<3>(document, &mut self.allowance)?),
-                "ROTATION" => rotations = Some(elements.floats::<4>(document, &mut self.allowance)?),
-                _ => scales = Some(elements.floats::<3>(document, &mut self.allowance)?),
+                "TRANSLATION" => translations = Some(elements.floats::<3>()?),
+                "ROTATION" => rotations = Some(elements.floats::<4>()?),
+                _ => scales = Some(elements.floats::<3>()?),
             }
         }
         let count = count.unwrap_or(0);
-        self.allowance.charge(document.path, &place, count as u64, 512)?;
+        document.charge(&place, count as u64, 512)?;
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         Ok((0..count)
             .map(|i| {
@@ -301,7 +288,7 @@ fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
 
 impl Document<'_> {
     /// The tree of nodes: each has at most one parent, and none is above itself.
-    fn node_order(&self) -> Result<NodeOrder, FormatError> {
+    fn node_order(&self) -> Result<NodeOrder> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];
         for (i, node) in nodes.iter().enumerate() {
@@ -331,7 +318,7 @@ impl Document<'_> {
         Ok(NodeOrder { order, parents })
     }
 
-    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform, FormatError> {
+    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform> {
         let fault = |message: String| Err(self.fault(format!("nodes[{i}].{message}")));
         if let Some(matrix) = node.matrix {
             let matrix = DMat4::from_cols_array(&matrix);

@@ -3,12 +3,12 @@
 use glam::{DAffine3, DMat4};
 use raycam_scene::animation::Skin;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
     /// All skins of the document.
-    pub(crate) fn skins(&mut self) -> Result<Vec<Skin>, FormatError> {
+    pub(crate) fn skins(&mut self) -> Result<Vec<Skin>> {
         let document = self.document;
         let mut skins = Vec::new();
         for (i, json) in document.root.skins.iter().enumerate() {
@@ -19,7 +19,7 @@ impl Builder<'_, '_> {
             let mut inverse_bind = vec![DAffine3::IDENTITY; json.joints.len()];
             if let Some(index) = json.inverse_bind_matrices {
                 let place = format!("skins[{i}].inverseBindMatrices");
-                let elements = document.elements(index, &place, &mut self.allowance)?;
+                let elements = document.elements(index, &place)?;
                 if elements.count < json.joints.len() {
                     return Err(document.fault(format!(
                         "{place}: {} matrices for {} joints (INVALID_IBM_ACCESSOR_COUNT)",
@@ -27,7 +27,7 @@ impl Builder<'_, '_> {
                         json.joints.len()
                     )));
                 }
-                let matrices = elements.floats::<16>(document, &mut self.allowance)?;
+                let matrices = elements.floats::<16>()?;
                 for (inverse, matrix) in inverse_bind.iter_mut().zip(matrices) {
                     let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
                     *inverse = DAffine3::from_mat4(matrix);

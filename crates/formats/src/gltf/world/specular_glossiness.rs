@@ -6,12 +6,9 @@
 
 use std::sync::Arc;
 
-use raycam_scene::material::Material;
-use raycam_scene::material::principled::{Principled, Textured};
-use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Image, Texels, Texture};
+use raycam_scene::{Image, Material, Principled, Texels, Texture, TextureSlot, Textured};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json::material::SpecularGlossiness;
 use crate::gltf::world::builder::Builder;
 use crate::image::ColorUse::Color;
@@ -23,16 +20,14 @@ impl Builder<'_, '_> {
         json: &SpecularGlossiness,
         material: &mut Material,
         principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let share = [0.0, 1.0];
         let at = |key: &str| format!("{place}.extensions.KHR_materials_pbrSpecularGlossiness.{key}");
         let diffuse = json.diffuse_factor.unwrap_or([1.0; 4]);
         let [r, g, b, a] = self.numbers(&at("diffuseFactor"), diffuse, share);
         (material.color, material.opacity) = ([r, g, b], a);
-        let texture = json.diffuse_texture.as_ref();
-        material.texture = self.slot(&at("diffuseTexture"), texture, Color)?;
-        let info = json.specular_glossiness_texture.as_ref();
-        let texture = self.slot(&at("specularGlossinessTexture"), info, Color)?;
+        material.texture = self.slot(&at("diffuseTexture"), &json.diffuse_texture, Color)?;
+        let texture = self.slot(&at("specularGlossinessTexture"), &json.specular_glossiness_texture, Color)?;
         let specular = json.specular_factor.unwrap_or([1.0; 3]);
         principled.metallic = 0.0.into();
         principled.ior = 0.0;
@@ -47,7 +42,7 @@ impl Builder<'_, '_> {
     }
 
     /// A texture of roughness from the glossiness in another's alpha.
-    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot, FormatError> {
+    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot> {
         let Texture { image, sampler } = &*self.world.textures[slot.texture];
         let rough = |glossiness: f32| {
             let v = (65535.0 * (1.0 - factor * glossiness)).round() as u16;

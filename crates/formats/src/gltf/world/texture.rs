@@ -4,10 +4,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
-use raycam_scene::{Image, Texture, Wrap};
+use raycam_scene::{Image, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::buffers;
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
@@ -22,19 +21,17 @@ impl Builder<'_, '_> {
     pub(crate) fn slot(
         &mut self,
         place: &str,
-        info: Option<&TextureInfo>,
+        info: &Option<TextureInfo>,
         color_use: ColorUse,
-    ) -> Result<Option<TextureSlot>, FormatError> {
+    ) -> Result<Option<TextureSlot>> {
         let Some(info) = info else { return Ok(None) };
         let index = &format!("{place}.index");
-        let Some(texture) = self.texture(index, info.index, color_use)? else {
-            return Ok(None);
-        };
+        let Some(texture) = self.texture(index, info.index, color_use)? else { return Ok(None) };
         Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
     /// A texture for a use; `None` where it has no image.
-    fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>, FormatError> {
+    fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
         let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
             return Ok(None);
@@ -50,8 +47,7 @@ impl Builder<'_, '_> {
             [&extensions.basisu, &extensions.webp].into_iter().find_map(|extension| extension.as_ref()?.source);
         let sources: Vec<usize> = better.into_iter().chain(texture.source).collect();
         if sources.is_empty() {
-            let message = "no image: the material does without it";
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(place, "no image: the material does without it");
             return Ok(None);
         }
         let mut image = None;
@@ -60,9 +56,7 @@ impl Builder<'_, '_> {
                 image = self.image(&format!("{place}.source"), source, color_use)?;
             }
         }
-        let Some(image) = image else {
-            return Ok(None);
-        };
+        let Some(image) = image else { return Ok(None) };
         let sampler = match texture.sampler {
             Some(sampler) => self
                 .item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))
@@ -87,7 +81,7 @@ impl Builder<'_, '_> {
     }
 
     /// The image of an index; `None`, with a notice, where it is missing, cut off or of an unknown kind.
-    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>, FormatError> {
+    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>> {
         if self.item_or_notice(&self.document.root.images, index, place).is_none() {
             return Ok(None);
         }
@@ -112,7 +106,7 @@ impl Builder<'_, '_> {
     }
 
     /// The image of an index, from its file, its data URI or its view of a buffer.
-    fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image, FormatError> {
+    fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image> {
         let document = self.document;
         let image = &document.root.images[index];
         let place = format!("images[{index}]");

@@ -1,8 +1,8 @@
 //! Cameras: perspective and orthographic, with what glTF has no words for told.
 
 use glam::DAffine3;
-use raycam_scene::camera::NamedCamera;
-use raycam_scene::camera::{Center, Lens, intrinsics_from_focal};
+use raycam_scene::Lens;
+use raycam_scene::camera::{Center, NamedCamera, intrinsics_from_focal};
 use serde_json::json;
 
 use crate::gltf::world::camera::{flip_yz, image_size};

@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use raycam_scene::texture::TextureSampler;
-use raycam_scene::{Image, Mesh, World};
+use raycam_scene::{Image, Mesh, TextureSampler, World};
 use serde_json::{Map, Value, json};
 
 use crate::gltf::writer::binary::BinaryChunk;

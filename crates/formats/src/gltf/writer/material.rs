@@ -2,13 +2,10 @@
 
 use std::sync::Arc;
 
-use raycam_scene::material::principled::{NormalMap, Principled, Textured};
-use raycam_scene::material::{Alpha, Material};
-use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Image, Texels};
+use raycam_scene::{Alpha, Image, Material, NormalMap, Principled, Texels, TextureSlot, Textured};
 use serde_json::{Map, Value, json};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::writer::document::Writer;
 use crate::gltf::writer::light::color_and_strength;
 use crate::gltf::writer::number::{shortest_f32, shortest_f32s};
@@ -18,7 +15,7 @@ type Object = Map<String, Value>;
 
 impl Writer<'_> {
     /// The JSON of a material.
-    pub(super) fn material(&mut self, material: &Material) -> Result<Value, FormatError> {
+    pub(super) fn material(&mut self, material: &Material) -> Result<Value> {
         let mut json = Object::new();
         if !material.name.is_empty() {
             json.insert("name".into(), json!(material.name));
@@ -89,7 +86,7 @@ impl Writer<'_> {
     }
 
     /// Every extension with the values that differ from its defaults.
-    fn extensions_of(&mut self, p: &Principled) -> Result<Vec<(&'static str, Object)>, FormatError> {
+    fn extensions_of(&mut self, p: &Principled) -> Result<Vec<(&'static str, Object)>> {
         let mut all = Vec::new();
         let mut json = Object::new();
         factor(&mut json, "ior", p.ior, 1.5);
@@ -129,7 +126,7 @@ impl Writer<'_> {
     }
 
     /// The extensions of layers on top of the base, and of the way that light is scattered.
-    fn coating_extensions(&mut self, p: &Principled, all: &mut Vec<(&'static str, Object)>) -> Result<(), FormatError> {
+    fn coating_extensions(&mut self, p: &Principled, all: &mut Vec<(&'static str, Object)>) -> Result<()> {
         let mut json = Object::new();
         self.textured(&mut json, "clearcoat", p.clearcoat, 0.0, Data)?;
         let roughness = p.clearcoat_roughness;
@@ -170,13 +167,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn texture(
-        &mut self,
-        json: &mut Object,
-        key: &str,
-        slot: Option<TextureSlot>,
-        color_use: ColorUse,
-    ) -> Result<(), FormatError> {
+    fn texture(&mut self, json: &mut Object, key: &str, slot: Option<TextureSlot>, color_use: ColorUse) -> Result<()> {
         if let Some(slot) = &slot {
             let info = self.texture_info(slot, color_use)?;
             json.insert(key.into(), info.into());
@@ -192,12 +183,12 @@ impl Writer<'_> {
         of: Textured<f32>,
         default: f32,
         color_use: ColorUse,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         factor(json, &format!("{key}Factor"), of.value, default);
         self.texture(json, &format!("{key}Texture"), of.texture, color_use)
     }
 
-    fn normal_map(&mut self, json: &mut Object, key: &str, normal: Option<NormalMap>) -> Result<(), FormatError> {
+    fn normal_map(&mut self, json: &mut Object, key: &str, normal: Option<NormalMap>) -> Result<()> {
         if let Some(NormalMap { texture, scale }) = &normal {
             let mut info = self.texture_info(texture, Data)?;
             factor(&mut info, "scale", *scale, 1.0);
@@ -207,12 +198,7 @@ impl Writer<'_> {
     }
 
     /// One texture for both: metalness in its blue, roughness in its green. Put together where they are two.
-    fn metallic_roughness(
-        &mut self,
-        json: &mut Object,
-        name: &str,
-        principled: &Principled,
-    ) -> Result<(), FormatError> {
+    fn metallic_roughness(&mut self, json: &mut Object, name: &str, principled: &Principled) -> Result<()> {
         const KEY: &str = "metallicRoughnessTexture";
         let (metallic, roughness) = (principled.metallic, principled.roughness);
         let (m, r) = (metallic.texture, roughness.texture);
@@ -246,7 +232,7 @@ impl Writer<'_> {
         key: &str,
         parts: [Option<TextureSlot>; 2],
         slot: TextureSlot,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let world = self.world;
         let textures = parts.map(|part| part.map(|part| &world.textures[part.texture]));
         let sizes = textures.iter().flatten().map(|texture| texture.image.size);

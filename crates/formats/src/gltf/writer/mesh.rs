@@ -30,9 +30,7 @@ impl Writer<'_> {
         }
         let mut primitives = Vec::new();
         for (slot, primitive) in self.meshes.primitives[&key].clone() {
-            let Value::Object(mut primitive) = primitive else {
-                continue;
-            };
+            let Value::Object(mut primitive) = primitive else { continue };
             primitive.insert("material".into(), json!(materials[slot]));
             let mappings = variants.iter().find(|(other, _)| *other == slot);
             if let Some((_, pairs)) = mappings {
@@ -155,9 +153,7 @@ impl Writer<'_> {
         let tangents = mesh.tangents.as_ref().zip(normals);
         let tangents = tangents.map(|(all, normals)| (gather(sources, |i| all[i]), normals));
         let tangents = tangents.filter(|(all, _)| all.iter().any(|t| t[..3] != [0.0; 3]));
-        let Some((tangents, normals)) = tangents else {
-            return false;
-        };
+        let Some((tangents, normals)) = tangents else { return false };
         let unit = |([x, y, z, sign], normal): ([f32; 4], &[f32; 3])| {
             let any = Vec3::from_array(*normal).any_orthonormal_vector();
             let [x, y, z] = Vec3::new(x, y, z).normalize_or(any).to_array();

@@ -21,7 +21,7 @@ use serde_json::{Map, Value, json};
 
 use self::binary::BinaryChunk;
 use self::document::{Writer, WrittenMeshes, WrittenTextures};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// A GLB file of a world, and what it does not say of it.
 ///
@@ -30,7 +30,7 @@ use crate::error::FormatError;
 ///
 /// # Errors
 /// [`FormatError::Encode`] where it would be longer than 4 GiB, which GLB cannot be.
-pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>), FormatError> {
+pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>)> {
     let mut writer = Writer {
         world,
         binary: BinaryChunk::default(),
@@ -89,7 +89,7 @@ impl Writer<'_> {
         }
     }
 
-    fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<String>), FormatError> {
+    fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
         let generator = format!("raycam {}", env!("CARGO_PKG_VERSION"));
         let mut root = Map::new();
         root.insert("asset".into(), json!({ "version": "2.0", "generator": generator }));
@@ -125,7 +125,7 @@ impl Writer<'_> {
 }
 
 /// Both chunks of a GLB file, padded to 4 bytes (chapter 4).
-fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>, FormatError> {
+fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     text.resize(text.len().next_multiple_of(4), b' ');
     bytes.resize(bytes.len().next_multiple_of(4), 0);
     let mut chunks = vec![(*b"JSON", text)];

@@ -180,9 +180,7 @@ impl Writer<'_> {
         for mount in &rig.cameras {
             done[mount.camera] = true;
             let camera = &self.world.cameras[mount.camera];
-            let Some((index, _)) = self.camera(camera) else {
-                continue;
-            };
+            let Some((index, _)) = self.camera(camera) else { continue };
             self.camera_definition.push((mount.definition, index));
             let mut leaf = Map::new();
             leaf.insert("camera".into(), json!(index));

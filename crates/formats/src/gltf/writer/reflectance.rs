@@ -1,8 +1,6 @@
 //! How surfaces reflect, in the terms of glTF.
 
-use raycam_scene::Material;
-use raycam_scene::material::MaterialModel;
-use raycam_scene::material::principled::Principled;
+use raycam_scene::{Material, MaterialModel, Principled};
 
 use crate::gltf::writer::document::Writer;
 

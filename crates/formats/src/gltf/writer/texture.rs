@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;
-use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
-use raycam_scene::{Image, Texels, Wrap};
+use raycam_scene::{Image, TexelFilter, Texels, TextureSampler, TextureSlot, Wrap};
 use serde_json::{Map, Value, json};
 
 use crate::encode::png::{self, Samples};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::writer::binary::BufferTarget;
 use crate::gltf::writer::document::Writer;
 use crate::gltf::writer::number::shortest_f32;
@@ -16,11 +15,7 @@ use crate::image::decoder::ColorUse;
 
 impl Writer<'_> {
     /// A reference to a texture of the world.
-    pub(super) fn texture_info(
-        &mut self,
-        slot: &TextureSlot,
-        color_use: ColorUse,
-    ) -> Result<Map<String, Value>, FormatError> {
+    pub(super) fn texture_info(&mut self, slot: &TextureSlot, color_use: ColorUse) -> Result<Map<String, Value>> {
         // A material's textures are there: the world has checked.
         let texture = self.world.textures[slot.texture].clone();
         self.image_info(&texture.image, texture.sampler, slot, color_use)
@@ -33,7 +28,7 @@ impl Writer<'_> {
         sampler: TextureSampler,
         slot: &TextureSlot,
         color_use: ColorUse,
-    ) -> Result<Map<String, Value>, FormatError> {
+    ) -> Result<Map<String, Value>> {
         let source = self.image(image, color_use)?;
         let sampler_index = match self.textures.samplers.get(&sampler) {
             Some(&index) => index,
@@ -63,7 +58,7 @@ impl Writer<'_> {
         Ok(info)
     }
 
-    fn image(&mut self, image: &Arc<Image>, color_use: ColorUse) -> Result<usize, FormatError> {
+    fn image(&mut self, image: &Arc<Image>, color_use: ColorUse) -> Result<usize> {
         let key = (Arc::as_ptr(image), color_use == ColorUse::Color);
         if let Some(&index) = self.textures.images.get(&key) {
             return Ok(index);
@@ -81,7 +76,7 @@ impl Writer<'_> {
 
     /// As a PNG: in sRGB where it is colour, linear where it is data. Eight bits stay what they are where they are of
     /// that kind; everything else takes sixteen.
-    fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>, FormatError> {
+    fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>> {
         let texels = image.texels.in_memory()?;
         match (&*texels, color_use) {
             (Texels::Srgb8(texels), ColorUse::Color) | (Texels::Linear8(texels), ColorUse::Data) => {

@@ -10,14 +10,14 @@ use std::io::Cursor;
 use ::image::codecs::jpeg::JpegDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::jpeg::scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 
 /// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
 const MAX_SCANS: usize = 100;
 
-pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = JpegDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     let mut missing = MissingData::default();
@@ -29,8 +29,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         file.notice("its last scans are missing: coarser than it was made");
     }
     if let Some(number) = missing.end_of {
-        let message = format!("scan {number} ends within its last blocks; what is missing there is made up");
-        file.notice(message);
+        file.notice(format!("scan {number} ends within its last blocks; what is missing there is made up"));
     }
     Ok(image)
 }
@@ -140,9 +139,7 @@ impl SegmentState {
         if self.tables.as_flattened().iter().all(Option::is_none) {
             self.frame = None;
         }
-        let Some(frame) = self.frame else {
-            return Ok(0);
-        };
+        let Some(frame) = self.frame else { return Ok(0) };
         let odd = || format!("ends early or is damaged: scan {number} is not as expected");
         let (&count, rest) = segment.split_first().ok_or_else(odd)?;
         let (selectors, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(odd)?;

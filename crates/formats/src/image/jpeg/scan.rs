@@ -102,9 +102,7 @@ impl BitReader<'_> {
     /// Has at least 32 bits ahead where the data has so many.
     fn fill(&mut self) {
         while self.count <= 56 {
-            let Some(&byte) = self.bytes.get(self.at) else {
-                return;
-            };
+            let Some(&byte) = self.bytes.get(self.at) else { return };
             // 0xff is written as 0xff and 0; any other pair is a marker.
             if byte == 0xff {
                 if self.bytes.get(self.at + 1) != Some(&0) {
@@ -308,9 +306,7 @@ impl Scan<'_> {
 
     /// A block's coefficients, or their next bit; `run` blocks from here on have no new ones.
     fn ac(&self, component: &mut FrameComponent, block: usize, run: &mut u32, bits: &mut BitReader<'_>) -> Option<()> {
-        let ScanKind::Ac { first, last, high, .. } = self.kind else {
-            return None;
-        };
+        let ScanKind::Ac { first, last, high, .. } = self.kind else { return None };
         let table = self.tables[1][component.tables[1]].as_ref()?;
         let nonzero = component.nonzero.get_mut(block)?;
         let refined = high > 0;

@@ -317,9 +317,7 @@ impl HuffmanCode {
 
 /// How many pixels before: of the nearest ones, by column and row; then as it is.
 fn distance(code: usize, columns: usize) -> usize {
-    let Some(&[right, up]) = DISTANCE_MAP.get(code - 1) else {
-        return code - DISTANCE_MAP.len();
-    };
+    let Some(&[right, up]) = DISTANCE_MAP.get(code - 1) else { return code - DISTANCE_MAP.len() };
     let pixels = isize::from(right) + isize::from(up) * columns as isize;
     pixels.max(1) as usize
 }

@@ -9,17 +9,16 @@ use std::io::Cursor;
 use ::image::codecs::webp::WebPDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::webp::lossless::{LosslessValidator, check_stream};
 
-pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     // The length that the container tells (RIFF, a chunk of so many bytes after it).
     if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
         let length = u64::from(u32::from_le_bytes(*length)) + 8;
         if (file.bytes.len() as u64) < length {
-            let message = format!("ends early: {} bytes of {length}", file.bytes.len());
-            return Err(file.fault(message));
+            return Err(file.fault(format!("ends early: {} bytes of {length}", file.bytes.len())));
         }
     }
     let decoder = WebPDecoder::new(Cursor::new(file.bytes));

@@ -61,9 +61,7 @@ impl BrownConrady {
         let radius = |step: u32| radius(f64::from(step) / f64::from(RADIUS_STEPS));
         let folds = |radius: f64| self.regular(radius * direction).is_none();
         let within = (1..RADIUS_STEPS).take_while(|&step| radius(step) < self.radius);
-        let Some(step) = within.into_iter().find(|&step| folds(radius(step))) else {
-            return self.radius;
-        };
+        let Some(step) = within.into_iter().find(|&step| folds(radius(step))) else { return self.radius };
         let (mut grows, mut turned) = (radius(step - 1), radius(step));
         for _ in 0..60 {
             let middle = 0.5 * (grows + turned);

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 
 use super::Lens;
 use super::model::LensModel;
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 
 /// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal
 /// point and the lens's coefficients, how many of them there are, and how many zeros make them the lens's.
@@ -57,7 +57,7 @@ const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(Len
 ///
 /// # Errors
 /// [`SceneError::Camera`] for a name that is not COLMAP's, a wrong number of parameters, and those of [`Lens::new`].
-pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), SceneError> {
+pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     let Some(row) = MODELS.iter().find(|row| row.name == model) else {
         let hint = suggestion(model, MODELS.map(|row| row.name));
         return Err(SceneError::Camera(format!("COLMAP has no camera model {model:?}{hint}")));
@@ -95,7 +95,7 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), Sc
 /// # Errors
 /// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
 /// and partial panoramas.
-pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>), SceneError> {
+pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>)> {
     let fail = |what: &str| Err(SceneError::Camera(format!("COLMAP has no camera model with {what}")));
     if k.y_axis.x != 0.0 {
         return fail(&format!("skew (K[0, 1] = {})", k.y_axis.x));

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use super::model::{LensModel, wrong_count};
-use crate::error::SceneError;
+use crate::error::Result;
 
 /// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). It is one-to-one within
 /// `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it sees all but straight back.
@@ -14,7 +14,7 @@ pub struct Division {
 }
 
 impl Division {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         let Ok(k) = <[f64; 1]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::Division, "1 (k)"));
         };

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::model::{LensModel, wrong_count};
-use crate::error::SceneError;
+use crate::error::Result;
 
 /// Steps in which the angle where the model folds over is looked for.
 const ANGLE_STEPS: u32 = 4096;
@@ -22,7 +22,7 @@ pub struct Fisheye {
 }
 
 impl Fisheye {
-    pub(super) fn new(coefficients: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(coefficients: &[f64]) -> Result<Self> {
         let Ok(k) = <[f64; 4]>::try_from(coefficients) else {
             return Err(wrong_count(coefficients, LensModel::Fisheye, "4 (k1 k2 k3 k4)"));
         };

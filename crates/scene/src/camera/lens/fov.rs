@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::{DVec2, DVec3};
 
 use super::model::{LensModel, wrong_count};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, r the radius at depth 1; less than 90 degrees from the axis.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -17,7 +17,7 @@ pub struct Fov {
 }
 
 impl Fov {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         let Ok([omega]) = <[f64; 1]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::Fov, "1 (omega)"));
         };

@@ -27,7 +27,7 @@ pub use self::prism_fisheye::PrismFisheye;
 pub use self::unified::{DoubleSphere, Eucm, Omni};
 use crate::camera::intrinsics::intrinsics_from_focal;
 use crate::camera::pixel_center::PixelCenter;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// The projection of directions by a lens. Each model is one-to-one on the region where it does not fold over, and has no image
 /// outside of it.
@@ -67,7 +67,7 @@ impl Lens {
     /// # Errors
     /// [`SceneError::Camera`] for a number of coefficients that the model does not have, and values that are not finite
     /// or beyond what the model allows.
-    pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self, SceneError> {
+    pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self> {
         if !coefficients.iter().all(|v| v.is_finite()) {
             return Err(SceneError::Camera(format!("distortion {coefficients:?}: every coefficient must be finite")));
         }

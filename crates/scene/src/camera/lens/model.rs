@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{SceneError, suggestion};
+use crate::error::{Result, SceneError, suggestion};
 
 /// The families of lenses, by the names people write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -73,7 +73,7 @@ impl LensModel {
     ///
     /// # Errors
     /// [`SceneError::Camera`] with the nearest name where there is none.
-    pub fn from_name(name: &str) -> Result<Self, SceneError> {
+    pub fn from_name(name: &str) -> Result<Self> {
         let found = Self::ALL.into_iter().find(|model| model.name() == name);
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);

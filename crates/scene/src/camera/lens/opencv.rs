@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// How near to 90 degrees from the axis it goes, as a fraction of them: the tangent is infinite at the end.
 const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
@@ -24,7 +24,7 @@ pub struct OpenCv {
 }
 
 impl OpenCv {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         if ![4, 5, 8, 12, 14].contains(&given.len()) {
             return Err(SceneError::Camera(format!(
                 "distortion {given:?} has {} coefficients: the OpenCV model has 4 (k1 k2 p1 p2), 5 (and k3), 8 (and \

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
-use crate::error::SceneError;
+use crate::error::Result;
 
 /// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on a
 /// disc, at most 180 degrees from the axis, on which it is one-to-one.
@@ -19,7 +19,7 @@ pub struct PrismFisheye {
 
 impl PrismFisheye {
     /// `k1 k2 p1 p2 k3 k4 sx1 sy1`, all terms those of the equidistant point.
-    pub(super) fn thin_prism(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k1, k2, p1, p2, k3, k4, sx1, sy1]) = <[f64; 8]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::ThinPrismFisheye, "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)"));
         };
@@ -33,7 +33,7 @@ impl PrismFisheye {
     }
 
     /// `k0 ... k5 p0 p1 s0 s1 s2 s3`, the tangential and the prism terms those of the radially distorted point.
-    pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given) else {
             return Err(wrong_count(
                 given,

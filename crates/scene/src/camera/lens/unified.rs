@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// How near to its end an unbounded plane goes, as a fraction of the angle.
 const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
@@ -63,13 +63,11 @@ pub struct Omni {
 }
 
 impl Omni {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         let (xi, [k1, k2, p1, p2]) = match *given {
             [xi] => (xi, [0.0; 4]),
             [xi, k1, k2, p1, p2] => (xi, [k1, k2, p1, p2]),
-            _ => {
-                return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)"));
-            }
+            _ => return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)")),
         };
         if xi <= -1.0 {
             return Err(SceneError::Camera(format!("distortion {given:?}: the omni model needs xi > -1")));
@@ -118,7 +116,7 @@ pub struct Eucm {
 }
 
 impl Eucm {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         let Ok(given @ [alpha, beta]) = <[f64; 2]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::Eucm, "2 (alpha beta)"));
         };
@@ -154,7 +152,7 @@ pub struct DoubleSphere {
 }
 
 impl DoubleSphere {
-    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+    pub(super) fn new(given: &[f64]) -> Result<Self> {
         let Ok(given @ [xi, alpha]) = <[f64; 2]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::DoubleSphere, "2 (xi alpha)"));
         };

@@ -163,9 +163,7 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
         while self.entries.get(self.next).is_some_and(skipped) {
             self.next += 1;
         }
-        let Some(entry) = self.entries.get(self.next) else {
-            return Ok(None);
-        };
+        let Some(entry) = self.entries.get(self.next) else { return Ok(None) };
         let key: StrDeserializer<DeError> = entry.key.as_str().into_deserializer();
         seed.deserialize(key).map(Some).map_err(|fault| fault.in_segment(format!(".{}", entry.key), &entry.key_span))
     }

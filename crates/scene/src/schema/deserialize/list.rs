@@ -36,8 +36,7 @@ impl<'de, I: Deserializer<'de, Error = DeError>, F: Fn(usize) -> I> SeqAccess<'d
         }
         let i = self.next;
         self.next += 1;
-        let value = seed.deserialize((self.item)(i));
-        value.map(Some).map_err(|fault| fault.in_segment(format!("[{i}]"), &None))
+        seed.deserialize((self.item)(i)).map(Some).map_err(|fault| fault.in_segment(format!("[{i}]"), &None))
     }
 
     fn size_hint(&self) -> Option<usize> {

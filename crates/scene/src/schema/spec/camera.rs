@@ -5,20 +5,21 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::de::{Error, MapAccess};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{
     Background, BackgroundFit, Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
     intrinsics_from_fov,
 };
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::model::AssetLoader;
-use crate::schema::keys::Keys;
+use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::Splat;
 use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
 use crate::up::Up;
+use crate::written::{written, written_schema};
 
 /// How a camera projects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -135,7 +136,7 @@ impl CameraSpec {
     ///
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
-    pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Camera> {
         let mut camera = self.build_static(up)?;
         if let Some(aperture) = &self.aperture {
             let aperture = aperture.build().map_err(|error| error.in_context("aperture"))?;
@@ -169,7 +170,7 @@ impl CameraSpec {
     }
 
     /// The camera before it moves.
-    fn build_static(&self, up: Up) -> Result<Camera, SceneError> {
+    fn build_static(&self, up: Up) -> Result<Camera> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
         let lens = self.lens(&keys)?;
@@ -191,8 +192,7 @@ impl CameraSpec {
         let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first_pose()) {
             None => pose.build(up)?,
             Some(first) => {
-                let message = "\"shutter.track\" is given too, and says where the camera is";
-                pose.keys().refuse(&POSE, message)?;
+                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the camera is")?;
                 first.build(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
         };
@@ -204,7 +204,7 @@ impl CameraSpec {
         }
     }
 
-    fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
+    fn lens(&self, keys: &Keys<9>) -> Result<Lens> {
         match (&self.distortion, self.lens) {
             (Some(distortion), lens) => {
                 Lens::new(lens.unwrap_or_default(), distortion).map_err(|error| error.in_context("distortion"))
@@ -219,7 +219,7 @@ impl CameraSpec {
         }
     }
 
-    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3, SceneError> {
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3> {
         let orthographic = self.projection == Projection::Orthographic;
         if orthographic {
             let message = "\"projection\" is orthographic: expected height, focal or K";
@@ -265,17 +265,9 @@ impl CameraSpec {
 
     /// Which keys were written, but those of the pose.
     fn keys(&self) -> Keys<9> {
-        Keys([
-            ("focal", self.focal.is_some()),
-            ("fov", self.fov.is_some()),
-            ("K", self.k.is_some()),
-            ("height", self.height.is_some()),
-            ("matrix", self.matrix.is_some()),
-            ("skew", self.skew.is_some()),
-            ("principal_point", self.principal_point.is_some()),
-            ("distortion", self.distortion.is_some()),
-            ("lens", self.lens.is_some()),
-        ])
+        Keys(by_key! { self, is_some:
+            focal, fov, "K" k, height, matrix, skew, principal_point, distortion, lens,
+        })
     }
 }
 
@@ -312,7 +304,7 @@ impl BackgroundSpec {
     ///
     /// # Errors
     /// Those of [`CameraSpec::build`], and a camera of a picture that covers the frame.
-    pub fn build(&self, up: Up) -> Result<Background, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {
             let message = "\"fit\" is \"cover\", of a picture that no camera took: give one of them";
@@ -324,35 +316,19 @@ impl BackgroundSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for BackgroundSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct BackgroundVisitor;
-        impl<'de> Visitor<'de> for BackgroundVisitor {
-            type Value = BackgroundSpec;
+written! {
+    BackgroundSpec: "the name of an image file or a table { image, camera, fit }",
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("the name of an image file or a table { image, camera, fit }")
-            }
+    fn visit_str<E: Error>(self, v: &str) -> Result<BackgroundSpec, E> {
+        Ok(BackgroundSpec(BackgroundTable { image: v.into(), fit: BackgroundFit::default(), camera: None }))
+    }
 
-            fn visit_str<E: Error>(self, v: &str) -> Result<BackgroundSpec, E> {
-                Ok(BackgroundSpec(BackgroundTable { image: v.into(), fit: BackgroundFit::default(), camera: None }))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BackgroundSpec, A::Error> {
-                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(BackgroundSpec)
-            }
-        }
-        deserializer.deserialize_any(BackgroundVisitor)
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BackgroundSpec, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(map)).map(BackgroundSpec)
     }
 }
 
-impl JsonSchema for BackgroundSpec {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Background".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let table = generator.subschema_for::<BackgroundTable>();
-        schemars::json_schema!({ "anyOf": [{ "type": "string" }, table] })
-    }
-}
+written_schema!(BackgroundSpec, "Background", |generator| {
+    let table = generator.subschema_for::<BackgroundTable>();
+    schemars::json_schema!({ "anyOf": [{ "type": "string" }, table] })
+});

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, SeqAccess};
 
 use crate::schema::spec::texture::ImageSpec;
 use crate::texture::{Image, Texels};
+use crate::written::{written, written_schema};
 
 /// One of the numbers of a texel.
 #[derive(Clone, Copy)]
@@ -24,29 +24,19 @@ struct Texel {
 
 struct TexelRow(Vec<Texel>);
 
-impl<'de> Deserialize<'de> for ImageSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ImageVisitor;
-        impl<'de> Visitor<'de> for ImageVisitor {
-            type Value = ImageSpec;
+written! {
+    ImageSpec: "an image file, or rows of texels",
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("an image file, or rows of texels")
-            }
+    fn visit_str<E: Error>(self, file: &str) -> Result<ImageSpec, E> {
+        Ok(ImageSpec::File(file.into()))
+    }
 
-            fn visit_str<E: Error>(self, file: &str) -> Result<ImageSpec, E> {
-                Ok(ImageSpec::File(file.into()))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<ImageSpec, A::Error> {
-                let mut rows: Vec<TexelRow> = Vec::new();
-                while let Some(row) = seq.next_element()? {
-                    rows.push(row);
-                }
-                image(rows).map(|image| ImageSpec::Texels(Arc::new(image)))
-            }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<ImageSpec, A::Error> {
+        let mut rows: Vec<TexelRow> = Vec::new();
+        while let Some(row) = seq.next_element()? {
+            rows.push(row);
         }
-        deserializer.deserialize_any(ImageVisitor)
+        image(rows).map(|image| ImageSpec::Texels(Arc::new(image)))
     }
 }
 
@@ -109,81 +99,55 @@ impl<'de> Deserialize<'de> for TexelRow {
     }
 }
 
-impl<'de> Deserialize<'de> for TexelNumber {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumberVisitor;
-        impl Visitor<'_> for NumberVisitor {
-            type Value = TexelNumber;
+written! {
+    TexelNumber: "a whole number in 0..=255, or a linear value with a point",
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a whole number in 0..=255, or a linear value with a point")
-            }
+    fn visit_i64<E: Error>(self, v: i64) -> Result<TexelNumber, E> {
+        u8::try_from(v)
+            .map(TexelNumber::Byte)
+            .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))
+    }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<TexelNumber, E> {
-                u8::try_from(v)
-                    .map(TexelNumber::Byte)
-                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))
-            }
+    fn visit_f64<E: Error>(self, v: f64) -> Result<TexelNumber, E> {
+        Ok(TexelNumber::Linear(v as f32))
+    }
+}
 
-            fn visit_f64<E: Error>(self, v: f64) -> Result<TexelNumber, E> {
-                Ok(TexelNumber::Linear(v as f32))
-            }
+written! {
+    Texel: "a number (whole ones 0..=255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
+
+    fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
+        let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+        Ok(Texel { numbers: [TexelNumber::Byte(number); 4], count: 1 })
+    }
+
+    fn visit_f64<E: Error>(self, v: f64) -> Result<Texel, E> {
+        Ok(Texel { numbers: [TexelNumber::Linear(v as f32); 4], count: 1 })
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Texel, A::Error> {
+        let mut texel = Texel { numbers: [TexelNumber::Byte(0); 4], count: 0 };
+        while let Some(number) = seq.next_element()? {
+            let Some(place) = texel.numbers.get_mut(texel.count) else {
+                return Err(A::Error::invalid_length(texel.count + 1, &self));
+            };
+            *place = number;
+            texel.count += 1;
         }
-        deserializer.deserialize_any(NumberVisitor)
-    }
-}
-
-impl<'de> Deserialize<'de> for Texel {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TexelVisitor;
-        impl<'de> Visitor<'de> for TexelVisitor {
-            type Value = Texel;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number (whole ones 0..=255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA")
-            }
-
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
-                let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
-                Ok(Texel { numbers: [TexelNumber::Byte(number); 4], count: 1 })
-            }
-
-            fn visit_f64<E: Error>(self, v: f64) -> Result<Texel, E> {
-                Ok(Texel { numbers: [TexelNumber::Linear(v as f32); 4], count: 1 })
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Texel, A::Error> {
-                let mut texel = Texel { numbers: [TexelNumber::Byte(0); 4], count: 0 };
-                while let Some(number) = seq.next_element()? {
-                    let Some(place) = texel.numbers.get_mut(texel.count) else {
-                        return Err(A::Error::invalid_length(texel.count + 1, &self));
-                    };
-                    *place = number;
-                    texel.count += 1;
-                }
-                if texel.count == 0 {
-                    return Err(A::Error::invalid_length(0, &self));
-                }
-                Ok(texel)
-            }
+        if texel.count == 0 {
+            return Err(A::Error::invalid_length(0, &self));
         }
-        deserializer.deserialize_any(TexelVisitor)
+        Ok(texel)
     }
 }
 
-impl JsonSchema for ImageSpec {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Image".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let texel = schemars::json_schema!({ "anyOf": [
-            { "type": "number" },
-            { "type": "array", "items": { "type": "number" }, "minItems": 1, "maxItems": 4 },
-        ] });
-        schemars::json_schema!({ "anyOf": [
-            { "type": "string" },
-            { "type": "array", "items": { "type": "array", "items": texel, "minItems": 1 }, "minItems": 1 },
-        ] })
-    }
-}
+written_schema!(ImageSpec, "Image", |_| {
+    let texel = schemars::json_schema!({ "anyOf": [
+        { "type": "number" },
+        { "type": "array", "items": { "type": "number" }, "minItems": 1, "maxItems": 4 },
+    ] });
+    schemars::json_schema!({ "anyOf": [
+        { "type": "string" },
+        { "type": "array", "items": { "type": "array", "items": texel, "minItems": 1 }, "minItems": 1 },
+    ] })
+});

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::schema::keys::Keys;
+use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
@@ -156,63 +156,16 @@ pub(crate) const KEYS: usize = 55;
 impl ObjectSpec {
     /// Which keys were written.
     pub(crate) fn keys(&self) -> Keys<KEYS> {
-        Keys([
-            ("box", self.box_.is_some()),
-            ("plane", self.plane.is_some()),
-            ("sphere", self.sphere.is_some()),
-            ("cylinder", self.cylinder.is_some()),
-            ("cone", self.cone.is_some()),
-            ("torus", self.torus.is_some()),
-            ("mesh", self.mesh.is_some()),
-            ("upright", self.upright.is_some()),
-            ("vertices", self.vertices.is_some()),
-            ("triangles", self.triangles.is_some()),
-            ("instance_of", self.instance_of.is_some()),
-            ("refine", self.refine.is_some()),
-            ("face_colors", self.face_colors.is_some()),
-            ("vertex_colors", self.vertex_colors.is_some()),
-            ("uvs", self.uvs.is_some()),
-            ("normals", self.normals.is_some()),
-            ("location", self.location.is_some()),
-            ("roll", self.roll.is_some()),
-            ("pitch", self.pitch.is_some()),
-            ("yaw", self.yaw.is_some()),
-            ("scale", self.scale.is_some()),
-            ("matrix", self.matrix.is_some()),
-            ("type", self.type_.is_some()),
-            ("color", self.color.is_some()),
-            ("texture", self.texture.is_some()),
-            ("textures", self.textures.is_some()),
-            ("wrap", self.wrap.is_some()),
-            ("diffuse", self.diffuse.is_some()),
-            ("specular", self.specular.is_some()),
-            ("shininess", self.shininess.is_some()),
-            ("emission", self.emission.is_some()),
-            ("opacity", self.opacity.is_some()),
-            ("alpha", self.alpha.is_some()),
-            ("metal", self.metal.is_some()),
-            ("roughness", self.roughness.is_some()),
-            ("ior", self.ior.is_some()),
-            ("thin", self.thin.is_some()),
-            ("dispersion", self.dispersion.is_some()),
-            ("attenuation_color", self.attenuation_color.is_some()),
-            ("attenuation_distance", self.attenuation_distance.is_some()),
-            ("priority", self.priority.is_some()),
-            ("metallic", self.metallic.is_some()),
-            ("specular_color", self.specular_color.is_some()),
-            ("transmission", self.transmission.is_some()),
-            ("clearcoat", self.clearcoat.is_some()),
-            ("clearcoat_roughness", self.clearcoat_roughness.is_some()),
-            ("sheen_color", self.sheen_color.is_some()),
-            ("sheen_roughness", self.sheen_roughness.is_some()),
-            ("iridescence", self.iridescence.is_some()),
-            ("iridescence_ior", self.iridescence_ior.is_some()),
-            ("iridescence_thickness", self.iridescence_thickness.is_some()),
-            ("anisotropy", self.anisotropy.is_some()),
-            ("anisotropy_rotation", self.anisotropy_rotation.is_some()),
-            ("diffuse_transmission", self.diffuse_transmission.is_some()),
-            ("diffuse_transmission_color", self.diffuse_transmission_color.is_some()),
-        ])
+        Keys(by_key! { self, is_some:
+            "box" box_, plane, sphere, cylinder, cone, torus, mesh, upright, vertices, triangles, instance_of,
+            refine, face_colors, vertex_colors, uvs, normals,
+            location, roll, pitch, yaw, scale, matrix,
+            "type" type_, color, texture, textures, wrap, diffuse, specular, shininess, emission, opacity, alpha,
+            metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority,
+            metallic, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color, sheen_roughness,
+            iridescence, iridescence_ior, iridescence_thickness, anisotropy, anisotropy_rotation,
+            diffuse_transmission, diffuse_transmission_color,
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Aperture, Pose, ReadoutDirection, ShutterMotion};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::schema::spec::pose::PoseSpec;
 
 /// The opening of a thin lens: `radius`, or `f_number` with `focal_length`; and `focus`.
@@ -78,7 +78,7 @@ impl ApertureSpec {
     ///
     /// # Errors
     /// [`SceneError`] where its size or focus is missing or given twice, and those of [`Aperture::new`].
-    pub fn build(&self) -> Result<Aperture, SceneError> {
+    pub fn build(&self) -> Result<Aperture> {
         let fail = |message: &str| Err(SceneError::schema("", message));
         let radius = match (self.radius, self.f_number, self.focal_length) {
             (Some(radius), None, None) => radius,
@@ -90,9 +90,7 @@ impl ApertureSpec {
             }
             _ => return fail("expected radius, or f_number with focal_length"),
         };
-        let Some(focus) = self.focus else {
-            return fail("focus, the depth that is sharp, is missing");
-        };
+        let Some(focus) = self.focus else { return fail("focus, the depth that is sharp, is missing") };
         Aperture::new(radius, focus, self.blades, self.rotation)
     }
 }
@@ -121,11 +119,7 @@ impl ShutterSpec {
     ///
     /// # Errors
     /// [`SceneError`] where the way is given twice, and those of [`ShutterMotion::new`].
-    pub fn build(
-        &self,
-        start: Pose,
-        read: impl Fn(&PoseSpec) -> Result<Pose, SceneError>,
-    ) -> Result<ShutterMotion, SceneError> {
+    pub fn build(&self, start: Pose, read: impl Fn(&PoseSpec) -> Result<Pose>) -> Result<ShutterMotion> {
         let poses = match (&self.end, &self.track) {
             (Some(end), None) => {
                 let end = read(end).map_err(|error| error.in_context("end"))?;
@@ -143,7 +137,7 @@ impl ShutterSpec {
                     let pose = read(&key.pose).map_err(|error| error.in_context(&format!("track[{i}].pose")))?;
                     Ok((key.time, pose))
                 })
-                .collect::<Result<_, SceneError>>()?,
+                .collect::<Result<_>>()?,
             (None, None) => vec![(0.0, start)],
             (Some(_), Some(_)) => {
                 let message = "\"track\" is given too, and says already where it goes";

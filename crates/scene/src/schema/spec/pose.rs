@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 
 use crate::camera::{Camera, PixelCenter, Pose};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::rotation::CAMERA_FROM_BODY;
-use crate::schema::keys::Keys;
+use crate::schema::keys::{Keys, by_key};
 use crate::up::Up;
 
 /// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
@@ -115,7 +115,7 @@ impl PoseSpec {
     ///
     /// # Errors
     /// [`SceneError`] where it is missing or given twice, and those of [`Camera`]'s constructors.
-    pub fn build(&self, up: Up) -> Result<Pose, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Pose> {
         // A pose does not depend on what a camera sees with.
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
         let keys = self.keys();
@@ -154,7 +154,7 @@ impl PoseSpec {
     ///
     /// # Errors
     /// Those of [`PoseSpec::build`].
-    pub fn build_body(&self, up: Up) -> Result<Pose, SceneError> {
+    pub fn build_body(&self, up: Up) -> Result<Pose> {
         let pose = self.build(up)?;
         Ok(match self.r {
             Some(_) => pose,
@@ -164,16 +164,6 @@ impl PoseSpec {
 
     /// Which keys were written.
     pub fn keys(&self) -> Keys<9> {
-        Keys([
-            ("location", self.location.is_some()),
-            ("roll", self.roll.is_some()),
-            ("pitch", self.pitch.is_some()),
-            ("yaw", self.yaw.is_some()),
-            ("target", self.target.is_some()),
-            ("up", self.up.is_some()),
-            ("R", self.r.is_some()),
-            ("C", self.c.is_some()),
-            ("t", self.t.is_some()),
-        ])
+        Keys(by_key! { self, is_some: location, roll, pitch, yaw, target, up, "R" r, "C" c, t })
     }
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
@@ -53,7 +53,7 @@ impl RenderSpec {
     ///
     /// # Errors
     /// Those of [`RenderOptions::validate`], and an option under both its names.
-    pub fn build(self) -> Result<(RenderOptions, Vec<String>), SceneError> {
+    pub fn build(self) -> Result<(RenderOptions, Vec<String>)> {
         let mut notices = Vec::new();
         let noise = [self.noise_threshold, self.old_noise];
         let time = [self.time_limit, self.old_time];
@@ -82,7 +82,7 @@ fn renamed<T>(
     old_name: &str,
     [value, old_value]: [Option<T>; 2],
     notices: &mut Vec<String>,
-) -> Result<Option<T>, SceneError> {
+) -> Result<Option<T>> {
     if old_value.is_none() {
         return Ok(value);
     }

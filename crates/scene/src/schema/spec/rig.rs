@@ -1,7 +1,7 @@
 //! `[rig]`.
 
 use crate::camera::{NamedCamera, Rig};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::schema::spec::camera::CameraSpec;
 use crate::schema::spec::optics::ShutterSpec;
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
@@ -58,7 +58,7 @@ impl RigSpec {
     /// # Errors
     /// [`SceneError`] for a camera that cannot be, a pose that is missing in part or given twice, and those of
     /// [`Rig::new`].
-    pub fn build(&self, up: Up) -> Result<Rig, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Rig> {
         let mut mounts = Vec::with_capacity(self.camera.len());
         for (i, spec) in self.camera.iter().enumerate() {
             let within = |error: SceneError| error.in_context(&format!("camera[{i}]"));
@@ -74,8 +74,7 @@ impl RigSpec {
         let track = self.shutter.as_ref().and_then(ShutterSpec::first_pose);
         let body = match track {
             Some(first) => {
-                let message = "\"shutter.track\" is given too, and says where the rig is";
-                pose.keys().refuse(&POSE, message)?;
+                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the rig is")?;
                 first.build_body(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
             None if pose.keys().given(&POSE).is_empty() => {
@@ -84,9 +83,7 @@ impl RigSpec {
             None => pose.build_body(up)?,
         };
         let rig = Rig::new(self.name.as_deref().unwrap_or("rig"), body, mounts)?;
-        let Some(shutter) = &self.shutter else {
-            return Ok(rig);
-        };
+        let Some(shutter) = &self.shutter else { return Ok(rig) };
         if shutter.mount.is_some() {
             let message = "it is of a single camera; the cameras of a rig say themselves where they are";
             return Err(SceneError::schema("shutter.mount", message));

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Error, MapAccess, SeqAccess};
 
+use crate::schema::keys::by_key;
 use crate::schema::shorthand::{Splat, Wraps};
 use crate::texture::{Image, TexelFilter};
+use crate::written::{written, written_schema};
 
 /// An image, and how it is looked up: its file or texels alone, or a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,53 +111,28 @@ pub struct TexturesSpec {
 
 impl TexturesSpec {
     pub(crate) fn given(&self) -> Vec<(&'static str, &TextureSpec)> {
-        let all = [
-            ("normal", &self.normal),
-            ("occlusion", &self.occlusion),
-            ("emission", &self.emission),
-            ("metallic", &self.metallic),
-            ("roughness", &self.roughness),
-            ("specular", &self.specular),
-            ("specular_color", &self.specular_color),
-            ("transmission", &self.transmission),
-            ("clearcoat", &self.clearcoat),
-            ("clearcoat_roughness", &self.clearcoat_roughness),
-            ("clearcoat_normal", &self.clearcoat_normal),
-            ("sheen_color", &self.sheen_color),
-            ("sheen_roughness", &self.sheen_roughness),
-            ("iridescence", &self.iridescence),
-            ("iridescence_thickness", &self.iridescence_thickness),
-            ("anisotropy", &self.anisotropy),
-            ("diffuse_transmission", &self.diffuse_transmission),
-            ("diffuse_transmission_color", &self.diffuse_transmission_color),
-        ];
-        all.into_iter().filter_map(|(key, spec)| Some((key, spec.as_ref()?))).collect()
+        let all = by_key! { self, as_ref:
+            normal, occlusion, emission, metallic, roughness, specular, specular_color, transmission,
+            clearcoat, clearcoat_roughness, clearcoat_normal, sheen_color, sheen_roughness, iridescence,
+            iridescence_thickness, anisotropy, diffuse_transmission, diffuse_transmission_color,
+        };
+        all.into_iter().filter_map(|(key, spec)| Some((key, spec?))).collect()
     }
 }
 
-impl<'de> Deserialize<'de> for TextureSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TextureVisitor;
-        impl<'de> Visitor<'de> for TextureVisitor {
-            type Value = TextureSpec;
+written! {
+    TextureSpec: "an image file, rows of texels, or a table { image, wrap, ... }",
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("an image file, rows of texels, or a table { image, wrap, ... }")
-            }
+    fn visit_str<E: Error>(self, file: &str) -> Result<TextureSpec, E> {
+        Ok(TextureSpec::from_image(ImageSpec::File(file.into())))
+    }
 
-            fn visit_str<E: Error>(self, file: &str) -> Result<TextureSpec, E> {
-                Ok(TextureSpec::from_image(ImageSpec::File(file.into())))
-            }
+    fn visit_seq<A: SeqAccess<'de>>(self, rows: A) -> Result<TextureSpec, A::Error> {
+        ImageSpec::deserialize(SeqAccessDeserializer::new(rows)).map(TextureSpec::from_image)
+    }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, rows: A) -> Result<TextureSpec, A::Error> {
-                ImageSpec::deserialize(SeqAccessDeserializer::new(rows)).map(TextureSpec::from_image)
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TextureSpec, A::Error> {
-                TextureTable::deserialize(MapAccessDeserializer::new(map)).map(TextureSpec)
-            }
-        }
-        deserializer.deserialize_any(TextureVisitor)
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TextureSpec, A::Error> {
+        TextureTable::deserialize(MapAccessDeserializer::new(map)).map(TextureSpec)
     }
 }
 
@@ -175,14 +152,8 @@ impl TextureSpec {
     }
 }
 
-impl JsonSchema for TextureSpec {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Texture".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let image = generator.subschema_for::<ImageSpec>();
-        let table = generator.subschema_for::<TextureTable>();
-        schemars::json_schema!({ "anyOf": [image, table] })
-    }
-}
+written_schema!(TextureSpec, "Texture", |generator| {
+    let image = generator.subschema_for::<ImageSpec>();
+    let table = generator.subschema_for::<TextureTable>();
+    schemars::json_schema!({ "anyOf": [image, table] })
+});

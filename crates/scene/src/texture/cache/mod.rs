@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::texture::cache::tiles::TileCache;
 use crate::texture::cache::unlinked_file::UnlinkedFile;
 use crate::texture::texel::{ResidentTexels, TexelKind};
@@ -85,7 +85,7 @@ impl TextureCache {
         self.requested_bytes.load(Ordering::Relaxed) > self.limit
     }
 
-    pub(crate) fn file(&self) -> Result<&UnlinkedFile, SceneError> {
+    pub(crate) fn file(&self) -> Result<&UnlinkedFile> {
         if let Some(file) = self.file.get() {
             return Ok(file);
         }
@@ -120,7 +120,7 @@ impl TextureCache {
     }
 
     /// Bytes of the file.
-    pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<(), SceneError> {
+    pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<()> {
         let file = self.file()?;
         file.read(bytes, start).map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
     }
@@ -134,7 +134,7 @@ impl TextureCache {
     ///
     /// # Errors
     /// [`SceneError::Storage`] with what could not be read first.
-    pub fn check(&self) -> Result<(), SceneError> {
+    pub fn check(&self) -> Result<()> {
         self.failure.get().map_or(Ok(()), |error| Err(error.clone()))
     }
 

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use crate::error::SceneError;
+use crate::error::Result;
 use crate::texture::cache::TextureCache;
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad};
 
@@ -100,8 +100,8 @@ impl PagedTexels {
     /// All of them, in memory.
     ///
     /// # Errors
-    /// [`SceneError::Storage`] where the file cannot be read.
-    pub(crate) fn read_all(&self) -> Result<ResidentTexels, SceneError> {
+    /// [`crate::SceneError::Storage`] where the file cannot be read.
+    pub(crate) fn read_all(&self) -> Result<ResidentTexels> {
         let level = self.current_level();
         let [width, height] = level.size.map(|n| n as usize);
         let texel = level.kind.bytes();

@@ -37,9 +37,7 @@ impl UnlinkedFile {
             let path = folder.join(name);
             match open(&path) {
                 // The file of another world of this process, about to lose its name, or left over from another process.
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
-                    attempt += 1;
-                }
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
                 opened => break (opened?, path),
             }
         };

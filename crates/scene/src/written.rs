@@ -1,0 +1,40 @@
+//! Values that people may write in more than one way, for serde and for the JSON Schema.
+
+/// Reads a type from each of the ways in which it may be written: what is expected, and the methods of serde's visitor.
+macro_rules! written {
+    ($type:ident: $expecting:expr, $($methods:tt)*) => {
+        impl<'de> serde::Deserialize<'de> for $type {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct AnyWay;
+
+                impl<'de> serde::de::Visitor<'de> for AnyWay {
+                    type Value = $type;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                        write!(f, "{}", $expecting)
+                    }
+
+                    $($methods)*
+                }
+                deserializer.deserialize_any(AnyWay)
+            }
+        }
+    };
+}
+
+/// The JSON Schema of such a type, under a name.
+macro_rules! written_schema {
+    ($type:ident, $name:literal, |$generator:pat_param| $schema:expr) => {
+        impl schemars::JsonSchema for $type {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                $name.into()
+            }
+
+            fn json_schema($generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                $schema
+            }
+        }
+    };
+}
+
+pub(crate) use {written, written_schema};
