@@ -319,7 +319,7 @@ impl RenderRequest<'_> {
             let done = (PROGRESS_STEPS / (1.0 + more.max(0.0) / f64::from(taken))) as usize;
             control.advance_by(done.saturating_sub(reported));
             reported = done.max(reported);
-            if more < 1.0 && renderer.is_frame_of(taken) {
+            if more < 1.0 && renderer.continues(taken) {
                 return Ok(taken);
             }
             round = taken.min((more as u32).max(1));

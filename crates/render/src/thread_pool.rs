@@ -4,7 +4,8 @@
 
 use std::cell::Cell;
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -180,6 +181,43 @@ pub(crate) fn give_turn() {
         rayon::yield_now();
         WAITING.set(waiting);
     }
+}
+
+/// A value that the first thread which wants it makes on a pool of its own, while others wait: a thread that waits within
+/// its own pool takes up other work, which may want the value too. A forked child does not wait for its parent.
+#[derive(Debug, Default)]
+pub(crate) struct MadeOnce<T> {
+    value: OnceLock<T>,
+    /// The process that makes it, or 0.
+    maker: AtomicU32,
+}
+
+impl<T: Send + Sync> MadeOnce<T> {
+    /// The value, made now unless it is known.
+    pub fn get_or_make(&self, make: impl FnOnce() -> T + Send) -> &T {
+        let process = if HAS_THREADS { std::process::id() } else { 1 };
+        while self.value.get().is_none() && self.maker.swap(process, Ordering::Relaxed) == process {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if let Some(value) = self.value.get() {
+            return value;
+        }
+        let made = on_own_pool(make).unwrap_or_else(|panic| {
+            self.maker.store(0, Ordering::Relaxed);
+            resume_unwind(panic)
+        });
+        self.value.get_or_init(|| made)
+    }
+}
+
+/// Runs `f` on a new pool of as many threads as the caller's.
+fn on_own_pool<T: Send>(f: impl FnOnce() -> T + Send) -> std::thread::Result<T> {
+    if !HAS_THREADS {
+        return Ok(f());
+    }
+    let threads = rayon::current_num_threads();
+    let run = || rayon::ThreadPoolBuilder::new().num_threads(threads).build().map(|pool| pool.install(f));
+    std::thread::scope(|scope| scope.spawn(run).join())?.map_err(|error| Box::new(error.to_string()) as _)
 }
 
 /// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.

@@ -14,8 +14,10 @@ use crate::guiding::caustic_casters::MAX_CASTERS;
 use crate::lobes::shading_frame::cosine_hemisphere_pdf;
 use crate::soa::{Vec3xN, get_lane};
 
-/// Cones of a lane, at most: one for each caster and two for each map.
-const MAX_CONES: usize = 3 * MAX_CASTERS;
+/// Gaps, at most.
+pub(crate) const MAX_GAPS: usize = 8;
+/// Cones of a lane, at most: one for each caster and each gap, and two for each map.
+const MAX_CONES: usize = 3 * MAX_CASTERS + MAX_GAPS;
 
 /// The cones of every lane.
 #[derive(Clone, Debug)]
@@ -144,13 +146,14 @@ mod tests {
         places
     }
 
-    /// A caster above the floor, one that the floor cuts, one around all points, one too far away.
+    /// A caster above the floor, one that the floor cuts, one around all points, one too far away, and a gap.
     fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),
             (DVec3::new(-1.0, 2.0, 0.1), 0.6),
             (DVec3::new(0.0, 0.0, 2.0), 5.0),
             (DVec3::new(0.0, 0.0, 9e3), 1.0),
+            (DVec3::new(-0.9, -1.2, 1.2), 0.5),
         ]
         .map(|(center, radius)| CausticCaster { instance: 0, center, radius, is_rough: false, weight: 1.0 })
         .into()
@@ -176,8 +179,9 @@ mod tests {
     ) -> (GuidingCones<N>, Vec3xN<f32, N>) {
         let (mut aims, mut out) = (GuidingCones::default(), [[0.0; N]; 3]);
         dispatch_simd(SampleGuided {
-            casters: &some(),
+            casters: &some()[..4],
             maps: thrown,
+            gaps: &some()[4..],
             interactions: places,
             active: &active,
             random: &random,
@@ -199,7 +203,7 @@ mod tests {
     fn directions_are_as_dense_as_they_say() {
         const HIGH: usize = 40;
         const AROUND: usize = 40;
-        const FINE: usize = 12;
+        const FINE: usize = 32;
         const SAMPLES: usize = 1 << 16;
         let world = floor();
         let mut places = SurfaceInteractions::<LANES>::default();
@@ -244,10 +248,11 @@ mod tests {
             assert!(freedom > 500.0 && chi2 < limit(freedom, 1), "{chi2} of {freedom}");
             // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
             let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
-            let (whole, balls) = shares.split_at(4);
+            let (whole, balls) = shares.split_at(5);
             let most = if thrown.is_empty() { 0.2 } else { 0.3 * 0.2 };
             assert!((whole.iter().sum::<f32>() - most).abs() < 1e-6, "{whole:?}");
-            assert_eq!(whole[2..], [0.0, 0.0]);
+            assert_eq!(whole[2..4], [0.0, 0.0]);
+            assert!(whole[4] > 0.0);
             let thrown_at = balls.iter().sum::<f32>();
             assert_eq!(thrown_at > 0.0, !thrown.is_empty(), "{balls:?}");
             assert!(thrown_at <= 0.2 + 1e-6, "{balls:?}");

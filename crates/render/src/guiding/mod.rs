@@ -1,13 +1,14 @@
-//! Path guiding: samples of diffuse surfaces are guided to objects that focus light, and light sampling is rare where it finds
-//! nothing.
+//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps that light passes, and light
+//! sampling is rare where it finds nothing.
 //!
 //! [`caustic_casters`] finds the objects, [`caustic_map`] stores where photons left them, [`cones`] is the density of guided
-//! samples and [`sample_cones`] draws them. The photons come from the integrator's photon pass. [`light_visibility`] remembers
-//! from where light is seen. This folder uses `interaction`, `prepare` and `lobes`.
+//! samples and [`sample_cones`] draws them. [`gaps`] finds the gaps. The photons come from the integrator's passes.
+//! [`light_visibility`] remembers from where light is seen. This folder uses `interaction`, `prepare` and `lobes`.
 
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod cones;
+pub(crate) mod gaps;
 pub(crate) mod light_visibility;
 pub(crate) mod sample_cones;
 
@@ -17,6 +18,7 @@ use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_cast
 use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::light_visibility::LightVisibility;
 use crate::prepare::geometry::Geometry;
+use crate::thread_pool::MadeOnce;
 
 /// Guiding of a prepared world.
 #[derive(Debug, Default)]
@@ -25,6 +27,8 @@ pub(crate) struct Guiding {
     candidates: OnceLock<Vec<CausticCaster>>,
     /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
     pub caustics: OnceLock<Caustics>,
+    /// The gaps that light passes, found when samples need them: see [`crate::integrator::gap_photons::gaps_of`].
+    pub gaps: MadeOnce<Vec<CausticCaster>>,
     /// Parts of space with rare light sampling, for paths that need it: see
     /// [`crate::integrator::light_visibility::prepare_light_visibility`]. `None` if the world has no size.
     pub light_visibility: OnceLock<Option<LightVisibility>>,

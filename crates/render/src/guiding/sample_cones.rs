@@ -11,9 +11,9 @@ use crate::lobes::shading_frame::{sincos_turns, to_world_around};
 use crate::soa::{Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
 /// Fraction of a surface's samples that casters may have, at most.
-const MAX_GUIDED_WEIGHT: f32 = 0.2;
+pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
 /// Density of samples to a caster relative to uniform samples of the hemisphere, at most.
-const MAX_DENSITY_RATIO: f32 = 16.0;
+pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
 /// Weight and density of the regions of caustic maps, and the fraction of the casters' weight that remains beside a map.
 const MAX_MAP_WEIGHT: f32 = 0.2;
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
@@ -22,16 +22,16 @@ const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 const MIN_CONE: f32 = 1e-6;
 
 /// The directions to a sphere.
-struct TargetCone {
-    axis: Vec3,
-    one_minus_cos: f32,
+pub(crate) struct TargetCone {
+    pub axis: Vec3,
+    pub one_minus_cos: f32,
     /// Upper bound of its fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
-    max_fraction: f32,
+    pub max_fraction: f32,
 }
 
 impl TargetCone {
     #[inline(always)]
-    fn new(direction: Vec3, radius: f32, normal: Vec3) -> Self {
+    pub fn new(direction: Vec3, radius: f32, normal: Vec3) -> Self {
         let distance2 = direction.length_squared();
         let sin2 = radius * radius / distance2;
         let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
@@ -122,6 +122,8 @@ pub(crate) struct SampleGuided<'a, const N: usize> {
     pub casters: &'a [CausticCaster],
     /// One for each caster, or none.
     pub maps: &'a [CausticMap],
+    /// Gaps that light passes, which are guided to as casters are.
+    pub gaps: &'a [CausticCaster],
     pub interactions: &'a SurfaceInteractions<N>,
     /// Lanes whose samples are guided.
     pub active: &'a [bool; N],
@@ -133,28 +135,28 @@ pub(crate) struct SampleGuided<'a, const N: usize> {
 impl<const N: usize> WithSimd for SampleGuided<'_, N> {
     #[inline(always)]
     fn run(self) {
-        let Self { casters, maps, interactions, active, random, cones, out } = self;
+        let Self { casters, maps, gaps, interactions, active, random, cones, out } = self;
         let casters = &casters[..casters.len().min(MAX_CASTERS)];
-        cones.set_targets(casters, maps, interactions, active);
+        cones.set_targets((casters, maps, gaps), interactions, active);
         cones.sample(interactions.shading_normals(), random, out);
     }
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Sets the cones to the casters and to the regions of their maps, and the weights of all.
+    /// Sets the cones to the casters, the gaps and the regions of the casters' maps, and the weights of all.
     #[inline(always)]
     fn set_targets(
         &mut self,
-        casters: &[CausticCaster],
-        maps: &[CausticMap],
+        (casters, maps, gaps): (&[CausticCaster], &[CausticMap], &[CausticCaster]),
         interactions: &SurfaceInteractions<N>,
         active: &[bool; N],
     ) {
         let mut max_casters = active.map(|active| if active { MAX_GUIDED_WEIGHT } else { 0.0 });
         let max_maps = active.map(|active| if active { MAX_MAP_WEIGHT } else { 0.0 });
         let (positions, normals) = (interactions.positions(), interactions.shading_normals());
-        self.count = casters.len();
-        for (k, caster) in casters.iter().enumerate() {
+        let balls = casters.len() + gaps.len();
+        self.count = balls;
+        for (k, caster) in casters.iter().chain(gaps).enumerate() {
             let mut directions = [[0.0; N]; 3];
             for lane in 0..N {
                 let direction = (caster.center - lane_dvec3(positions, lane)).as_vec3();
@@ -180,8 +182,8 @@ impl<const N: usize> GuidingCones<N> {
             }
         }
         self.cosine_weight = [1.0; N];
-        self.limit_weights(0..casters.len(), &max_casters);
-        self.limit_weights(casters.len()..self.count, &max_maps);
+        self.limit_weights(0..balls, &max_casters);
+        self.limit_weights(balls..self.count, &max_maps);
     }
 
     /// Samples a direction for every lane. The first random number chooses the cone; its remainder is again uniform.

@@ -66,7 +66,7 @@ pub(crate) fn bright_paths(
     scratch: &mut PathScratch,
 ) -> Result<Vec<BrightPath>, RenderError> {
     let count = batch.hits.len();
-    let tracer = PathTracer::new(world, settings, batch.samplers);
+    let tracer = PathTracer::new(world, settings, batch);
     scratch.generate_camera_paths(&tracer, batch);
     let records = vec![PathRecord::default(); count];
     let mut recorder = Recorder { tracer, batch, bright: vec![BrightPath::default(); count], records };

@@ -43,7 +43,7 @@ pub(crate) fn radiance(
     scratch: &mut PathScratch,
     (radiance, is_background): (&mut [Vec3], &mut [bool]),
 ) -> Result<(), RenderError> {
-    let mut tracer = PathTracer::new(world, settings, batch.samplers);
+    let mut tracer = PathTracer::new(world, settings, batch);
     scratch.generate_camera_paths(&tracer, batch);
     while !scratch.active.is_empty() {
         control.check()?;

@@ -8,6 +8,7 @@ use crate::bsdf::BsdfSample;
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::light_visibility::LightVisibility;
+use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::light_visibility::sees_light;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
@@ -152,6 +153,8 @@ pub(crate) struct PathTracer<'a> {
     /// Objects that samples of diffuse surfaces are guided to, and the caustic maps of those that have one.
     pub caustic_casters: &'a [CausticCaster],
     pub caustic_maps: &'a [CausticMap],
+    /// Gaps that light passes, which samples are guided to as well.
+    pub gaps: &'a [CausticCaster],
     /// Parts of space with rare light sampling; `None` if there are none.
     light_visibility: Option<&'a LightVisibility>,
     /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
@@ -159,7 +162,7 @@ pub(crate) struct PathTracer<'a> {
 }
 
 impl<'a> PathTracer<'a> {
-    pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, samplers: &'a [Sampler]) -> Self {
+    pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, batch: &CameraRayBatch<'a>) -> Self {
         let lights = settings.lights;
         let (caustic_casters, caustic_maps): (&[_], &[_]) = match lights.can_cast_caustics() {
             true => world.caustic_casters(),
@@ -171,10 +174,11 @@ impl<'a> PathTracer<'a> {
             geometry: &world.geometry,
             lights,
             settings,
-            samplers,
+            samplers: batch.samplers,
             modes,
             caustic_casters,
             caustic_maps,
+            gaps: batch.gaps,
             light_visibility: world.guiding.light_visibility.get().and_then(Option::as_ref).filter(|_| may_be_rare),
             bounce: 0,
         }

@@ -9,9 +9,9 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 use rayon::prelude::*;
 
-use crate::bsdf::BsdfModel;
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
+use crate::bsdf::{BsdfModel, BsdfSample};
 use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters};
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
@@ -23,6 +23,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling};
 use crate::light::lights::Lights;
 use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
@@ -185,25 +186,40 @@ impl Photon {
             }));
             return None;
         };
-        let (media, is_front) = (self.interior_list, interaction.is_front);
-        let transition = InterfaceTransition::at_hit(geometry, media, hit, is_front, None);
-        if transition.is_false_intersection {
-            self.interior_list = transition.far_side;
-            return Some(interaction.ray_beyond(self.direction, f32::INFINITY));
-        }
-        let material_hit =
-            MaterialHit::new(geometry, hit, &interaction, self.direction).seen_by(None, transition.outside_ior);
-        let point = ShadingPoint::new(&interaction, &material_hit);
         let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(bounce + 1));
         let [x, y] = self.sampler.get_2d(Dimension::Bsdf(bounce));
-        let sample = point.bsdf.sample(&point.frame, [choice, x, y])?;
+        let media = &mut self.interior_list;
+        let (sample, ray) = scatter(geometry, (hit, &interaction), self.direction, media, [choice, x, y])?;
+        let Some(sample) = sample else {
+            return Some(ray);
+        };
         self.power *= f64::from(sample.weight.element_sum() / 3.0);
-        self.interior_list = transition.medium_towards(point.frame.geometric, sample.wi);
         self.direction = sample.wi;
         self.last_exit = Some((caster, interaction.position));
         let is_alive = self.power > 0.0 && self.power.is_finite();
-        is_alive.then(|| interaction.spawn_ray(self.direction, f32::INFINITY))
+        is_alive.then_some(ray)
     }
+}
+
+/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface. `None`
+/// for a photon that is absorbed.
+pub(crate) fn scatter(
+    geometry: &Geometry,
+    (hit, interaction): (&Hit, &SurfaceInteraction),
+    direction: Vec3,
+    media: &mut InteriorList,
+    random: [f32; 3],
+) -> Option<(Option<BsdfSample>, Ray)> {
+    let transition = InterfaceTransition::at_hit(geometry, *media, hit, interaction.is_front, None);
+    if transition.is_false_intersection {
+        *media = transition.far_side;
+        return Some((None, interaction.ray_beyond(direction, f32::INFINITY)));
+    }
+    let material_hit = MaterialHit::new(geometry, hit, interaction, direction).seen_by(None, transition.outside_ior);
+    let point = ShadingPoint::new(interaction, &material_hit);
+    let sample = point.bsdf.sample(&point.frame, random)?;
+    *media = transition.medium_towards(point.frame.geometric, sample.wi);
+    Some((Some(sample), interaction.spawn_ray(sample.wi, f32::INFINITY)))
 }
 
 #[cfg(test)]

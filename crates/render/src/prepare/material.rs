@@ -29,6 +29,11 @@ pub(crate) struct PreparedMaterial {
 }
 
 impl PreparedMaterial {
+    /// True if it is a Lambertian reflector alone, whose samples may be guided.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self.kind, BatchKind::Diffuse(_))
+    }
+
     /// True if shadow rays may pass its surface.
     pub fn is_transparent(&self) -> bool {
         self.material.alpha != Alpha::Opaque || self.is_straight

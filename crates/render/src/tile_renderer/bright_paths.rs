@@ -24,14 +24,17 @@ impl TileRenderer<'_> {
         scratch.lists.pixels.clear();
         scratch.lists.pixels.push(pixel);
         let (mut brightest, mut sum) = (BrightPath::default(), 0.0);
-        for first in (0..samples).step_by(BATCH_SAMPLES as usize) {
-            let until = samples.min(first + BATCH_SAMPLES);
+        let mut until = 0;
+        while until < samples {
+            let first = until;
+            until = self.end_of_batch(first..samples, BATCH_SAMPLES);
             scratch.lists.batch.clear();
             scratch.lists.batch.extend((first..until).map(|sample| (0, sample)));
             self.trace_batch(self.world, scratch);
+            let gaps = self.gaps_of(self.world, &scratch.lists.batch);
             let RayBatchBuffers { hits, origins, directions, samplers, paths, .. } = &mut scratch.rays;
             let (scene, ray_cone) = (self.scene, self.cone);
-            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers };
+            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, gaps };
             for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
                 sum += f64::from(found.radiance);
                 if found.radiance > brightest.radiance {

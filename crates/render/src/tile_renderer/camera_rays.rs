@@ -9,6 +9,8 @@ use raycam_scene::camera::Pinhole;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::estimator::REPLICATIONS;
+use crate::guiding::caustic_casters::CausticCaster;
+use crate::integrator;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
@@ -32,7 +34,7 @@ impl TileRenderer<'_> {
     ) -> Result<(), RenderError> {
         let mut first = samples.start;
         while first < samples.end {
-            let next = samples.end.min(first + SAMPLES_PER_PIXEL_PER_BATCH);
+            let next = self.end_of_batch(first..samples.end, SAMPLES_PER_PIXEL_PER_BATCH);
             let pixels = BATCH_RAYS / (next - first) as usize;
             let all = std::mem::take(&mut scratch.lists.active);
             for some in all.chunks(pixels) {
@@ -56,6 +58,18 @@ impl TileRenderer<'_> {
             first = next;
         }
         Ok(())
+    }
+
+    /// End of the next batch of these samples, of which all or none are guided to gaps.
+    pub(crate) fn end_of_batch(&self, samples: Range<u32>, most: u32) -> u32 {
+        let until = samples.end.min(samples.start + most);
+        if samples.start < self.first_gap_sample { until.min(self.first_gap_sample) } else { until }
+    }
+
+    /// Gaps that the samples of a batch are guided to.
+    pub(crate) fn gaps_of<'w>(&self, world: &'w PreparedWorld, batch: &[(usize, u32)]) -> &'w [CausticCaster] {
+        let is_guided = batch.first().is_some_and(|&(_, sample)| sample >= self.first_gap_sample);
+        if is_guided { integrator::gap_photons::gaps_of(world, self.settings) } else { &[] }
     }
 
     /// Generates and traces the rays of the batch, in float32.

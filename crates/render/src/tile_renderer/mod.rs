@@ -58,6 +58,8 @@ pub(crate) struct TileRenderer<'a> {
     filter: FilterSampler,
     /// Ray cone of a sample through the image centre.
     cone: RayCone,
+    /// The first sample of a pixel that is guided to gaps.
+    first_gap_sample: u32,
     pub stats: RenderStats,
     /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
@@ -145,6 +147,7 @@ impl<'a> TileRenderer<'a> {
             needs,
             filter: FilterSampler::new(settings.filter),
             cone: RayCone::for_pixel(camera, settings.samples),
+            first_gap_sample: integrator::gap_photons::first_guided_sample(settings, camera.size()).unwrap_or(u32::MAX),
             stats: RenderStats::default(),
             screen_mask: None,
         };
@@ -329,8 +332,9 @@ impl<'a> TileRenderer<'a> {
         radiance.resize(hits.len(), Vec3::ZERO);
         misses.clear();
         misses.resize(hits.len(), false);
-        let batch =
-            CameraRayBatch { scene: self.scene_of(world), ray_cone: self.cone, origins, directions, hits, samplers };
+        let gaps = self.gaps_of(world, &scratch.lists.batch);
+        let (scene, ray_cone) = (self.scene_of(world), self.cone);
+        let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, gaps };
         integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())

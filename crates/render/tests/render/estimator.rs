@@ -94,7 +94,7 @@ fn a_picture_that_ends_by_the_clock_can_be_made_again() {
         let start = std::time::Instant::now();
         render(&world, &camera, &settings(2));
         let each = start.elapsed().as_secs_f64() / 2.0;
-        for share in [0.0, 2.0, 4.0, 9.0, 20.0, 60.0] {
+        for share in [0.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 9.0, 20.0, 60.0] {
             let timed = Settings { time: Some((each * share).max(1e-9)), ..settings(1 << 14) };
             let frame = render(&world, &camera, &timed);
             let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();

@@ -9,6 +9,7 @@ mod display;
 mod estimator;
 mod flow;
 mod frame;
+mod gaps;
 mod keypoints;
 mod light;
 mod media;

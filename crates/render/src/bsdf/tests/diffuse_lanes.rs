@@ -61,6 +61,7 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
         dispatch_simd(SampleGuided {
             casters: &casters,
             maps: &[],
+            gaps: &[],
             interactions: &interactions,
             active: &[true; LANES],
             random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),

@@ -219,10 +219,12 @@ impl HitBatch {
             return;
         }
         diffuse.model.guiding.clear();
-        if !tracer.caustic_casters.is_empty() && self.may_guide != [false; LANES] {
+        let has_targets = !(tracer.caustic_casters.is_empty() && tracer.gaps.is_empty());
+        if has_targets && self.may_guide != [false; LANES] {
             dispatch_simd(SampleGuided {
                 casters: tracer.caustic_casters,
                 maps: tracer.caustic_maps,
+                gaps: tracer.gaps,
                 interactions: &self.interactions,
                 active: &self.may_guide,
                 random,
