@@ -112,6 +112,14 @@ def test_backgrounds(folder: Path) -> None:
     np.testing.assert_array_equal(picture("photo_.png")[0, 0], [10, 200, 30])
 
 
+def test_a_video_without_a_name_has_the_name_of_its_world(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("video ball.glb --turntable --seconds 0.1 --size 32x24 --samples 1") == 0
+    assert capsys.readouterr().out == "ball.mp4: 2 frames of 32 x 24, 24 a second\n"
+    assert (folder / "ball.mp4").stat().st_size > 0
+
+
 def test_turntable(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("render ball.glb --turntable 0.25 --size 32x24 --samples 1 -o turn") == 0
     assert "turn: 6 frames of 32 x 24" in capsys.readouterr().out
