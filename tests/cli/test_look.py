@@ -44,6 +44,20 @@ def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture
     np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
 
 
+def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world = raycam.load("ball.glb")
+    world.add_light("sun", direction=[0, -1, -1], irradiance=2)
+    world.to_gltf(folder / "lit.glb")
+    assert run(f"render lit.glb {SMALL}") == 0
+    assert "lit by the 1 light of its file alone; --studio" in capsys.readouterr().err
+    dark = picture("lit.png").mean()
+    assert run(f"render lit.glb {SMALL} --studio") == 0
+    assert "of its file alone" not in capsys.readouterr().err
+    assert picture("lit.png").mean() > 2 * dark
+
+
 def test_sides_zoom_and_fov(folder: Path) -> None:
     sizes = {}
     for options in ("", "--zoom 0.5", "--view-from top --fov 20", "--view-from 1,2,3"):
