@@ -11,6 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.cli import main
+from support.gltf_document import Document
 
 SMALL = "--size 64x48 --samples 2"
 
@@ -56,6 +57,25 @@ def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
     assert run(f"render lit.glb {SMALL} --studio") == 0
     assert "of its file alone" not in capsys.readouterr().err
     assert picture("lit.png").mean() > 2 * dark
+
+
+def test_a_variant_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    document = Document()
+    document.use("KHR_materials_variants")
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
+    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": red, "variants": [0]}]
+    document.json["meshes"][mesh]["primitives"][0]["extensions"] = {
+        "KHR_materials_variants": {"mappings": mappings}
+    }
+    document.node(mesh=mesh)
+    document.save(folder / "v.glb")
+    for option, color in (("", [0, 255, 0]), ("--variant red", [255, 0, 0])):
+        assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
+        assert (picture("v.png")[..., :3] == color).all(axis=-1).any()
+    assert run("render v.glb --variant blue") == 1
+    assert '"blue"' in capsys.readouterr().err
 
 
 def test_sides_zoom_and_fov(folder: Path) -> None:
