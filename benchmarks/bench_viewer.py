@@ -487,7 +487,7 @@ def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
         write_triangles(mesh)
         with chromium(folder / "other", *SOFTWARE) as tab:
             for name in RIVALS:
-                tab.show(*((160, 120) if name == "viser" else (640, 480)))  # software draws its page all the time
+                tab.show(*((160, 120) if name == "viser" else (640, 480)))
                 add(name, functools.partial(rival, options.rivals, name, mesh, options.seconds, tab))
     return rows
 
