@@ -7,8 +7,8 @@ ARG VERSION=
 COPY dist* /dist/
 RUN pip install --no-cache-dir --find-links /dist "raycam[video,denoise,usd]${VERSION:+==$VERSION}" \
     && rm -rf /dist \
-    && useradd --create-home raycam
-USER raycam
+    && useradd --uid 1000 --create-home raycam
+USER 1000
 WORKDIR /data
 ENTRYPOINT ["raycam"]
 CMD ["--help"]

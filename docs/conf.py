@@ -28,6 +28,8 @@ pygments_style = "friendly"
 
 html_theme = "furo"
 html_title = "raycam"
+html_static_path = ["_static"]
+html_css_files = ["raycam.css"]
 html_copy_source = True
 html_show_sphinx = False
 html_extra_path = ["_generated/extra"]  # beside the pages as it is

@@ -129,12 +129,15 @@ PAGES.update(page=_viewer("page"), show=_viewer("show"), over=_over)
 def __getattr__(name: str) -> Any:
     """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use: most programs need none of them."""
     import importlib
+    import sys
 
     if name in _MODULES:
         return importlib.import_module(f".{name}", __name__)
     if name in _LAZY_IMPORTS:
         return getattr(importlib.import_module(f".{_LAZY_IMPORTS[name]}", __name__), name)
-    raise AttributeError(f"module 'raycam' has no attribute {name!r}")
+    from .io.other_names import no_attribute
+
+    raise no_attribute(sys.modules[__name__], name)
 
 
 def __dir__() -> list[str]:

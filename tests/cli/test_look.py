@@ -11,6 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.cli import main
+from support.gltf_document import Document
 
 SMALL = "--size 64x48 --samples 2"
 
@@ -42,6 +43,39 @@ def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture
         world._in_studio(camera), camera, integrator="path", max_depth=6, samples=2, view="pbr_neutral"
     )
     np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
+
+
+def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world = raycam.load("ball.glb")
+    world.add_light("sun", direction=[0, -1, -1], irradiance=2)
+    world.to_gltf(folder / "lit.glb")
+    assert run(f"render lit.glb {SMALL}") == 0
+    assert "lit by the 1 light of its file alone; --studio" in capsys.readouterr().err
+    dark = picture("lit.png").mean()
+    assert run(f"render lit.glb {SMALL} --studio") == 0
+    assert "of its file alone" not in capsys.readouterr().err
+    assert picture("lit.png").mean() > 2 * dark
+
+
+def test_a_variant_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    document = Document()
+    document.use("KHR_materials_variants")
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
+    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": red, "variants": [0]}]
+    document.json["meshes"][mesh]["primitives"][0]["extensions"] = {
+        "KHR_materials_variants": {"mappings": mappings}
+    }
+    document.node(mesh=mesh)
+    document.save(folder / "v.glb")
+    for option, color in (("", [0, 255, 0]), ("--variant red", [255, 0, 0])):
+        assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
+        assert (picture("v.png")[..., :3] == color).all(axis=-1).any()
+    assert run("render v.glb --variant blue") == 1
+    assert '"blue"' in capsys.readouterr().err
 
 
 def test_sides_zoom_and_fov(folder: Path) -> None:
@@ -110,6 +144,14 @@ def test_backgrounds(folder: Path) -> None:
     Image.new("RGB", (30, 30), (10, 200, 30)).save("photo.png")
     assert run(f"render ball.glb -o photo_.png --background photo.png {SMALL}") == 0
     np.testing.assert_array_equal(picture("photo_.png")[0, 0], [10, 200, 30])
+
+
+def test_a_video_without_a_name_has_the_name_of_its_world(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("video ball.glb --turntable --seconds 0.1 --size 32x24 --samples 1") == 0
+    assert capsys.readouterr().out == "ball.mp4: 2 frames of 32 x 24, 24 a second\n"
+    assert (folder / "ball.mp4").stat().st_size > 0
 
 
 def test_turntable(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

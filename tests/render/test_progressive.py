@@ -66,6 +66,26 @@ def test_worlds_without_textures_keep_their_first_samples(camera: raycam.Camera,
         assert bytes_of(picture.frame()) == expected(plain, camera, picture.samples, integrator=integrator)
 
 
+@pytest.mark.parametrize("integrator", ["direct", "path"])
+@pytest.mark.parametrize("texture", [None, np.full((4, 4, 3), 128, np.uint8)], ids=["plain", "textured"])
+def test_no_sample_of_a_world_without_textures_is_taken_twice(
+    camera: raycam.Camera, integrator: Any, texture: Any
+) -> None:
+    # Samples that clamp cuts are counted as they are taken, those that are thrown away too.
+    world = raycam.World()
+    world.add_object(box={"size": 1}, **({"color": "#808080"} if texture is None else {"texture": texture}))
+    world.add_light("sky", radiance=1)
+    picture = raycam.Progressive(world, camera, integrator=integrator, clamp=0.05, channels="color")
+    taken, needed = [], []
+    for count in (2, 2, 12, 16):
+        picture.add(count)
+        frame = raycam.render(world, camera, integrator=integrator, clamp=0.05, samples=picture.samples)
+        for notices, counts in ((picture.frame().notices, taken), (frame.notices, needed)):
+            (notice,) = (each for each in notices if "clamp" in each)
+            counts.append(int(notice.split()[0]))
+    assert (taken == needed) == (texture is None)
+
+
 def test_the_error_is_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels=["color", "error"], seed=4)
     picture.add(5)

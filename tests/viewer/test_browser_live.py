@@ -19,6 +19,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.viewer.files import film
+from raycam.viewer.scheduler import Scheduler
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import Tab
@@ -157,6 +158,21 @@ def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
     way = session.given.location - before.location
     assert way @ before.forward == pytest.approx(np.linalg.norm(way))
     assert np.array_equal(session.given.R, before.R)
+
+
+def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    let_go = threading.Event()
+    next_work = Scheduler._next
+
+    def only_moving(scheduler: Scheduler) -> object:
+        moves = any(each.moved != each.version for each in scheduler._sessions())
+        return next_work(scheduler) if moves or let_go.is_set() else None
+
+    monkeypatch.setattr(Scheduler, "_next", only_moving)
+    tab.open(live.url)
+    tab.wait("document.getElementById('status').textContent === 'the next picture is being made, 2 s'")
+    let_go.set()
+    tab.wait(DONE)
 
 
 def test_time_is_scrubbed(tab: Tab, live: Server) -> None:

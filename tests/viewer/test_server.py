@@ -415,6 +415,15 @@ def test_the_end_is_told(server: Server, client: Client) -> None:
     assert not server.scheduler.is_alive()
 
 
+def test_a_server_that_cannot_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def fails(server: Server) -> None:
+        raise ModuleNotFoundError("No module named 'websockets'")
+
+    monkeypatch.setattr(Server, "_serve", fails)
+    with pytest.raises(ModuleNotFoundError, match="websockets"):
+        Server(lambda: None)  # type: ignore[arg-type, return-value]
+
+
 def test_a_used_port_is_told(server: Server) -> None:
     with pytest.raises(OSError, match="cannot listen on"):
         Server(lambda: None, port=server.address[1])  # type: ignore[arg-type, return-value]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from .._serialization import DictSerializable
 from ..arguments import Bools, Floats, floats
 from ..errors import CameraError
 from ..io.html_form import html_table
+from ..io.other_names import no_attribute
 from ..notices import understands
 from ._arguments import Lens, Model, PixelCenter, Size, Up, checked_up, lens_of, make, matrix, vector
 from ._background import Background
@@ -303,6 +304,12 @@ class Camera(Constructors, Copies, Optics, DictSerializable):
         name, *lines = repr(self).split("\n")
         rows = [line.partition(" = ")[::2] for line in re.split(r"\n {4}(?=\S)", "\n".join(lines)[4:])]
         return html_table(name, ("", ""), [(key, " ".join(value.split())) for key, value in rows])
+
+    if not TYPE_CHECKING:  # type checkers shall see what is missing
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            raise no_attribute(self, name)
 
     def __repr__(self) -> str:
         """Size, K, R, C, angles and lens as text."""

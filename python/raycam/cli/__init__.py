@@ -56,7 +56,7 @@ COMMANDS = {
 }
 """The commands by name, in the order of the help."""
 
-LONG = {"render": "WORLD [-o FILE]", "video": "WORLD -o FILE", "dataset": "WORLD -o FOLDER"}
+LONG = {"render": "WORLD [-o FILE]", "video": "WORLD [-o FILE]", "dataset": "WORLD -o FOLDER"}
 """The arguments of commands with more options than a usage line should list."""
 
 SHORT_HELP = """raycam renders your model: pictures, ground truth, videos, through any camera.
@@ -67,7 +67,7 @@ SHORT_HELP = """raycam renders your model: pictures, ground truth, videos, throu
   raycam view model.glb                        look at it live in the browser
   raycam --help                                all commands; raycam COMMAND --help, their options
 
-No model at hand? spot.toml and spot/cow.obj come with raycam; raycam demo DIR shows what it can."""
+No model at hand? spot.glb and spot.toml come with raycam; raycam demo DIR shows what it can."""
 
 STOPPED = 130  # the exit status by which shells report Ctrl-C
 

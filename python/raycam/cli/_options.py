@@ -65,10 +65,11 @@ class Command(NamedTuple):
 
 
 def add_world(command: argparse.ArgumentParser) -> None:
-    """Adds the world, the first argument, `--folder` and `--texture-memory`."""
+    """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
     command.add_argument(
         "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
     )
+    command.add_argument("--variant", metavar="NAME", help="a material variant of a glTF file")
     add_folder(command)
     command.add_argument(
         "--texture-memory",
@@ -404,7 +405,8 @@ def load_world(options: argparse.Namespace) -> World:
         )
     folder = getattr(options, "folder", None)
     up = getattr(options, "up", None) or guessed_up(path)
-    world = load(path, texture_memory=options.texture_memory, folder=folder, up=up)
+    variant = getattr(options, "variant", None)
+    world = load(path, variant=variant, texture_memory=options.texture_memory, folder=folder, up=up)
     if up is not None and getattr(options, "up", None) is None:
         print_notice("taken as y up, as most OBJ files are; --up z if it lies on its side")
     print_notices(world.notices)

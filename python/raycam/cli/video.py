@@ -35,8 +35,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        required=True,
-        help=".mp4, .mov, .mkv, .webm, .gif, or a folder for PNG pictures",
+        help=".mp4, .mov, .mkv, .webm, .gif, or a folder for PNG pictures (default: the name of WORLD with .mp4)",
     )
     add_camera(command)
     add_look(command)
@@ -108,6 +107,7 @@ def _run(options: argparse.Namespace) -> None:
     from ..video import VideoPlan, frame_range
     from ..video.job import make_video
 
+    target = options.output or Path(options.world).with_suffix(".mp4").name
     frames = None if options.frames is None else frame_range(options.frames)
     shard = shard_of(options)
     if options.background == "transparent":
@@ -123,7 +123,7 @@ def _run(options: argparse.Namespace) -> None:
     told: set[str] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):
-            output = options.output if name is None else str(per_camera_path(Path(options.output), name))
+            output = target if name is None else str(per_camera_path(Path(target), name))
             film = VideoPlan(
                 world,
                 camera,
@@ -161,7 +161,7 @@ COMMAND = Command(
     "make a video of a world as its [video] or its animation says",
     [
         "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
-        "raycam video fox.glb -o fox.mp4 --animation Run",
+        "raycam video fox.glb --animation Run                        fox.mp4",
         "raycam video model.glb -o model.mp4 --turntable --seconds 6",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
         "raycam video room.toml -o room.webm --transparent-background  over a page; .mov for editors",

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from ..camera import Camera
 from ..errors import FormatError, SettingsError, nearest
 from ..io import atomic_files
 from ..io.npz import npz_bytes
+from ..io.other_names import no_attribute
 from ..notices import warn_all
 from .channel_picture import channel_picture, encode_jpeg
 
@@ -369,6 +370,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             transparent=first.transparent,
             notices=notices,
         )
+
+    if not TYPE_CHECKING:  # type checkers shall see what is missing
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            raise no_attribute(self, name, f'frame["{name}"]' if name in CHANNELS else None)
 
     def __repr__(self) -> str:
         """Size and channels as text."""

@@ -71,11 +71,13 @@ class Server:
         self._ending: asyncio.Event | None = None
         self._started = threading.Event()
         self.scheduler = Scheduler(lambda: list(self.sessions.values()))
-        self._thread = threading.Thread(
-            target=lambda: asyncio.run(self._serve()), name="raycam server", daemon=True
-        )
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="raycam server", daemon=True)
         self._thread.start()
         self._started.wait()
+        if self._failure is not None:
+            self._socket.close()
+            raise self._failure
         self.scheduler.start()
 
     @property
@@ -97,6 +99,16 @@ class Server:
         """Waits until the server has ended; returns whether it has."""
         self._thread.join(timeout)
         return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        """Serves until the end; a failure before the start is kept for the caller, who waits for it."""
+        try:
+            asyncio.run(self._serve())
+        except Exception as failure:
+            if self._started.is_set():
+                raise
+            self._failure = failure
+            self._started.set()
 
     async def _serve(self) -> None:
         from websockets.asyncio.server import ServerConnection, serve

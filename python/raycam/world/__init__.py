@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
 from ..io.html_form import html_table
+from ..io.other_names import no_attribute
 from ..notices import warn_all
 from ..rig import Rig
 from .chosen import one_object
@@ -575,6 +576,12 @@ class World(RayQueries, PointQueries):
         notes = [f"light: {light['type']}" for light in self.lights]
         notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
         return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
+
+    if not TYPE_CHECKING:  # type checkers shall see what is missing
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            raise no_attribute(self, name)
 
     def __repr__(self) -> str:
         """The counts as text."""

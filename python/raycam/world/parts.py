@@ -8,7 +8,7 @@ from ..arguments import Floats
 from ..errors import WorldError
 
 
-@dataclass
+@dataclass(repr=False)
 class Object:
     """A placed mesh of a world, an instance in the ground truth; read-only: `World.set_object` changes objects."""
 
@@ -28,6 +28,17 @@ class Object:
     """False for an object that is in no picture, shadow, light or query."""
     shadow_catcher: bool = False
     """True for an object of which pictures with a transparent background, or a camera's, show the shadows alone."""
+
+    def __repr__(self) -> str:
+        """Number, name, category, triangles and place as text."""
+        x, y, z = (f"{value:.6g}" for value in self.matrix[:3, 3])
+        category = "" if self.category is None else f", category {self.category!r}"
+        marks = "" if self.visible else ", invisible"
+        marks += ", shadow catcher" if self.shadow_catcher else ""
+        return (
+            f"Object {self.id} {self.name!r}{category}: {self.triangles} triangles of mesh {self.mesh} "
+            f"at ({x}, {y}, {z}){marks}"
+        )
 
     def __setattr__(self, name: str, value: object) -> None:
         """Raises `WorldError`, which says how objects are changed."""

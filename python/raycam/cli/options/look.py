@@ -18,6 +18,8 @@ __all__ = ["add_look", "dressed"]
 
 SUN, SKY = 2.6, 0.4
 """The irradiance of the sun of `--sun`, and the radiance of its pale sky."""
+SURROUND = {"environment", "sky", "daylight"}
+"""Types of light that come from all around."""
 HDRI_SETTINGS = {"integrator": "path", "max_depth": 4, "samples": 32}
 """Settings of pictures by `--hdri`, of those that nobody gives."""
 
@@ -97,6 +99,8 @@ def dressed(
     if lit_by_options and world.lights:
         count = len(world.lights)
         print_notice(f"the lights of the options are added to {count} of the world")
+    if not in_studio and not lit_by_options:
+        _tell_of_lights(world, options)
     if not in_studio and not lit_by_options and options.ground is None:
         return world, settings
     if in_studio:
@@ -116,6 +120,16 @@ def dressed(
             del own["samples"]
         settings = own | world.render_settings | settings
     return world, settings
+
+
+def _tell_of_lights(world: World, options: argparse.Namespace) -> None:
+    """Prints a notice where a model's few lights alone light it: metals have nothing to reflect then."""
+    kinds = {light["type"] for light in world.lights}
+    is_model = not os.fspath(options.world).endswith(".toml")
+    if is_model and kinds and not kinds & SURROUND and is_framed(world, options):
+        count = len(world.lights)
+        lights = "1 light" if count == 1 else f"{count} lights"
+        print_notice(f"lit by the {lights} of its file alone; --studio puts it into the studio as well")
 
 
 def _add_lights(world: World, options: argparse.Namespace) -> None:

@@ -127,9 +127,9 @@ export class Client {
     if (channel !== this.channel) return;
     this.plane = plane || null;
     this.frameB = other || null;
+    byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
     this.picture.setSize(width, height);
     if (this.held && (this.held.column >= width || this.held.row >= height)) this.hold(null);
-    byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
     if (plane) {
       this.controls.show(plane);
       this.repaint();
@@ -303,7 +303,8 @@ export class Client {
 
   showZoom() {
     const percent = 100 * this.picture.zoom * (devicePixelRatio || 1);
-    byId("status-zoom", HTMLElement).textContent = `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
+    const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
+    byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
   /** Tells screen readers what the picture shows. */

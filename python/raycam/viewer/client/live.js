@@ -19,6 +19,7 @@ export const LIVE_MOUSE =
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const FLY_STEP = 1; // hundredths of the world's size
 const FLY_TICK = 50; // ms
+const LATE = 2, REMIND = 5; // seconds after which, and between which, a late picture is told
 const LONGEST_FILM = 60; // seconds
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
@@ -40,6 +41,7 @@ export class LiveView {
     /** @type {Set<string>} codes of the keys that are down */
     this.down = new Set();
     this.flying = 0;
+    this.waiting = 0;
     /** @type {string[]} */
     this.cameras = [];
     this.camera = byId("camera", HTMLSelectElement);
@@ -84,13 +86,17 @@ export class LiveView {
       if (message.pose) this.pose.show(message.pose);
     }
     if (message.type === "picture") this.showStatus(message);
+    if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture") this.timeline.next();
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "contents") this.world.show(message);
     if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);
-    if (message.type === "status" && message.text !== "connected") this.showFilming({ done: 0, total: 0 });
+    if (message.type === "status" && message.text !== "connected") {
+      this.showFilming({ done: 0, total: 0 });
+      this.awaitPicture(false);
+    }
     if (message.type === "closing") this.client.say(message.text, "error");
   }
 
@@ -106,6 +112,18 @@ export class LiveView {
   showStatus({ samples, ms, moving, integrator }) {
     const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
+  }
+
+  /** @param {boolean} follows whether a picture has to come, which is told if it is late */
+  awaitPicture(follows) {
+    clearInterval(this.waiting);
+    if (!follows) return;
+    let seconds = 0;
+    this.waiting = setInterval(() => {
+      seconds += 1;
+      if (seconds !== LATE && seconds % REMIND) return;
+      byId("status", HTMLElement).textContent = `the next picture is being made, ${seconds} s`;
+    }, 1000);
   }
 
   /** @param {string} text */

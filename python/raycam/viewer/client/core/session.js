@@ -306,7 +306,7 @@ export class Session {
   /** @param {Message} message */
   explain({ u, v }) {
     const { camera } = this;
-    if (!camera.isPinhole) return this.say({ type: "notice", text: "The lecture explains pinhole cameras; this one has a lens." });
+    if (!camera.isPinhole) return this.say({ type: "notice", text: "This page explains pixels of pinhole cameras, and this one has a lens: raycam view and raycam explain do both." });
     this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
     const text = explanationText({ P: [...camera.P], size: [...camera.size], offset: camera.offset, column: u, row: v, names: this.about.objects, ...this.triangles });
     this.say({ type: "explained", column: u, row: v, text, svg: "" });

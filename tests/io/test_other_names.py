@@ -1,0 +1,46 @@
+"""Names of other libraries: the errors of missing names say what is meant, and what they say exists."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+import raycam
+from raycam.io.other_names import TABLES
+
+WORLD = raycam.World()
+CAMERA = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(4, 3), fov=40)
+FRAME = raycam.render(WORLD, CAMERA, channels="depth", samples=1)
+OWNERS: dict[str, Any] = {"raycam": raycam, "World": WORLD, "Frame": FRAME, "Camera": CAMERA}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_hints_are_of_names_that_exist_for_names_that_do_not(kind: str) -> None:
+    for name, hint in TABLES[kind].items():
+        with pytest.raises(AttributeError, match=re.escape(f"no attribute {name!r}; it is {hint}")):
+            getattr(OWNERS[kind], name)
+        for owner, attribute in re.findall(r"\b(raycam|world|frame|camera|Camera)\.(\w+)", hint):
+            there = {
+                "raycam": raycam,
+                "world": WORLD,
+                "frame": FRAME,
+                "camera": CAMERA,
+                "Camera": raycam.Camera,
+            }
+            assert hasattr(there[owner], attribute), (name, hint)
+        for channel in re.findall(r'frame\["(\w+)"\]', hint):
+            assert channel in raycam.render(WORLD, CAMERA, channels=channel, samples=1)
+
+
+def test_a_channel_is_an_item() -> None:
+    with pytest.raises(AttributeError, match=re.escape('it is frame["depth"]')):
+        FRAME.depth  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_a_name_that_nobody_has_is_python_s_error() -> None:
+    with pytest.raises(AttributeError, match=r"'World' object has no attribute 'objcts'$") as caught:
+        WORLD.objcts  # type: ignore[attr-defined]  # noqa: B018
+    assert caught.value.name == "objcts"  # by which Python suggests objects
+    assert caught.value.obj is WORLD
+    assert not hasattr(FRAME, "__array_interface__")
