@@ -1,7 +1,7 @@
 """Light beside another build of raycam, or beside Mitsuba 3 and Cycles, in turn: processor time x variance.
 
     python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--hard]
-        [--scenes NAME ...]
+        [--scenes NAME ...] [--size WIDTH HEIGHT]
 
 FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all
 threads together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared
@@ -30,7 +30,6 @@ from hard_scenes import DEPTH as HARD_DEPTH
 from hard_scenes import hard_scenes
 from path_scenes import DEPTH, scenes
 
-SIZE = (48, 36)
 TURNS = 2
 # The renderers that others' Pythons have, with the module of each and its settings.
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -48,7 +47,7 @@ def measure(options: argparse.Namespace) -> Found:
     name, settings = OTHERS.get(options.other, ("path_raycam", {}))
     module: Any = importlib.import_module(name)
     own = {"clock": time.process_time} if name == "path_cycles" else {}
-    picture = module.picture(scene, SIZE, **settings, **own)
+    picture = module.picture(scene, options.size, **settings, **own)
     picture(options.samples, 999)  # Mitsuba compiles for each number of samples
     pictures, times = [], []
     for seed in range(options.seeds):
@@ -88,7 +87,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
     for _ in range(TURNS):
         for rival, (command, package) in rivals_of(options).items():
             asked = [*command, "--one", str(scene), "--seeds", str(options.seeds)]
-            asked += ["--samples", str(options.samples)]
+            asked += ["--samples", str(options.samples), "--size", *map(str, options.size)]
             environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
             if package:
                 environment["PYTHONPATH"] = package
@@ -127,6 +126,7 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--size", nargs=2, type=int, default=(48, 36), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--other", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -159,7 +159,7 @@ def main() -> None:
         "its",
     ]
     notes = [
-        f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, "
+        f"{options.size[0]} x {options.size[1]} pixels, {options.samples} samples, "
         f"paths of {f'at most {depth}' if depth else 'any number of'} segments; "
         f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
     ]

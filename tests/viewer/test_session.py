@@ -236,3 +236,34 @@ def test_what_is_copied_is_the_camera(session: Session, lens: str) -> None:
     assert "--size 96x64 --integrator direct --samples 64 --camera camera.toml" in command
     text = command.split("<<'EOF'\n")[1].split("EOF\n")[0]
     assert tomllib.loads(text)["camera"] == table
+
+
+def test_what_is_shown_first_is_chosen_and_checked() -> None:
+    world = raycam.World.from_dict(
+        {
+            "object": [{"name": "box", "box": {"size": 1}}],
+            "camera": {"size": [48, 32], "fov": 40, "location": [4, 0, 1], "target": [0, 0, 0]},
+        }
+    )
+    world.set_video(fps=10, seconds=2, orbit={"target": [0, 0, 0]})
+    camera = next(iter(world.cameras.values()))
+    start = {"time": 0.5, "channel": "depth", "exposure": 2, "view": "agx", "variant": None}
+    session = Session(world, camera, start=start)
+    said = session.welcome()
+    assert (said["channel"], said["exposure"], said["view"], said["time"]["now"]) == (
+        "depth",
+        2.0,
+        "agx",
+        0.5,
+    )
+    assert session.given == world.camera_at(camera, 0.5) != camera
+    for wrong, text in (
+        ({"channel": "dept"}, "did you mean 'depth'"),
+        ({"variant": "red"}, "unknown variant 'red'"),
+        ({"animation": "Run"}, "unknown animation 'Run'"),
+        ({"view": "agz"}, "did you mean 'agx'"),
+        ({"exposure": float("nan")}, "exposure is nan"),
+        ({"time": -1.0}, "time is -1.0"),
+    ):
+        with pytest.raises(raycam.SettingsError, match=text):
+            raycam.view(world, block=False, browser=False, start=wrong)

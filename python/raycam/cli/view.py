@@ -21,6 +21,18 @@ def _add(command: argparse.ArgumentParser) -> None:
     add_camera(command)
     command.add_argument("--integrator", metavar="NAME", help="the light of still pictures: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="rays per pixel of still pictures")
+    command.add_argument(
+        "--at", metavar="SECONDS", type=float, help="the time of its video or animation shown first"
+    )
+    command.add_argument("--animation", metavar="NAME", help="the animation of a glTF file shown first")
+    command.add_argument(
+        "--variant", dest="first_variant", metavar="NAME", help="the material variant shown first"
+    )
+    command.add_argument("--channel", metavar="NAME", help="the channel shown first, as depth")
+    command.add_argument("--exposure", metavar="STOPS", type=float, help="the exposure at first")
+    command.add_argument(
+        "--view", metavar="NAME", help="the view transform at first: standard, agx or pbr_neutral"
+    )
     command.add_argument("--threads", metavar="N", type=int, help="threads (default: all)")
     command.add_argument(
         "--port", metavar="N", type=int, help="the port (default: 7421, or the next free one)"
@@ -91,6 +103,14 @@ def _view_world(options: argparse.Namespace) -> None:
         follow=options.follow,
         allow_open=options.allow_open,
         source=options.world,
+        start={
+            "time": options.at,
+            "animation": options.animation,
+            "variant": options.first_variant,
+            "channel": options.channel,
+            "exposure": options.exposure,
+            "view": options.view,
+        },
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
         if not open_browser(viewer.url, False if options.no_browser else None):
@@ -117,5 +137,9 @@ def _check_host(options: argparse.Namespace) -> None:
 COMMAND = Command(
     _add,
     "look at a world live in the browser, or at saved frames with every number",
-    ["raycam view room.toml", "raycam view room.toml --camera left", "raycam view before.npz after.npz"],
+    [
+        "raycam view room.toml",
+        "raycam view fox.glb --animation Run --at 0.5 --channel depth",
+        "raycam view before.npz after.npz",
+    ],
 )

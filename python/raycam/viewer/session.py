@@ -11,19 +11,19 @@ import math
 import secrets
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._core import Cancel, __version__
-from ..arguments import Floats
+from ..arguments import Floats, one_of, real
 from ..camera import Camera
 from ..errors import CameraError, Error, SettingsError, WorldError
 from ..explanation.scene_figure import Line
 from ..notices import collected
-from ..render.frame import Frame
+from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
 from .pace import Pace
@@ -59,7 +59,12 @@ class Session:
         threads: int | None = None,
         source: Path | None = None,
         allows_open: bool = False,
+        start: Mapping[str, Any] | None = None,
     ) -> None:
+        """Begins it with what `start` says: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
+
+        Raises `SettingsError` for what there is not.
+        """
         self.source = source
         """The file that the world was loaded from."""
         self.allows_open = allows_open
@@ -119,6 +124,30 @@ class Session:
         """Ends what is rendered of this version."""
         self.still: Frame | None = None
         """The newest picture of samples of this version."""
+        self._start(**{name: value for name, value in (start or {}).items() if value is not None})
+
+    def _start(
+        self,
+        *,
+        time: float = 0.0,
+        animation: str = "",
+        variant: str = "",
+        channel: str = "color",
+        exposure: float | None = None,
+        view: str | None = None,
+    ) -> None:
+        """Sets what is shown first."""
+        animations = [each.name for each in self.base.animations]
+        self.time = min(real("time", time, 0.0, what="seconds"), self.seconds)
+        self.animation = one_of("animation", animation, animations) if animation else ""
+        self.variant = one_of("variant", variant, self.base.variants) if variant else ""
+        self.channel = one_of("channel", channel, (*SAMPLED, *TRUTH))
+        if exposure is not None:
+            self.exposure = real("exposure", exposure, -100, 100, what="a number of stops")
+        if view is not None:
+            self.view = one_of("view", view, VIEWS)
+        if self.time > 0 or self.variant:
+            self.world, self.given = self.moment(self.time)
 
     @property
     def base(self) -> World:
@@ -182,6 +211,7 @@ class Session:
                 "category": self.world.categories,
             },
             "origin": [0, 0],
+            "channel": self.channel,
             "exposure": self.exposure,
             "view": self.view,
             "integrator": self.integrator,

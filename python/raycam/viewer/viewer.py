@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,10 +45,13 @@ class Viewer:
         edit: bool = True,
         allow_open: bool = False,
         source: str | os.PathLike[str] | None = None,
+        start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
     ) -> None:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world.
+
+        `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
         `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
         """
@@ -65,7 +68,9 @@ class Viewer:
             "threads": threads,
             "source": None if source is None else Path(source).absolute(),
             "allows_open": allow_open,
+            "start": start,
         }
+        Session(Edits(world), self._camera, **self._options)  # raises for what there is not
         self._server: Server | None = None
         self._widget: Any = None
         if cell:
@@ -159,7 +164,9 @@ def view(
     picture; `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`.
     `edit=False` is for looking alone, `follow=True` for clients that share one camera, as in teaching. With
     `allow_open=True`, worlds that are dropped on the page are opened there, from a private folder. `source` is the file
-    that the world came from, beside which a world file of the changed world may be saved.
+    that the world came from, beside which a world file of the changed world may be saved. `start` is what is seen
+    first, or some of it: {"time": 1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1,
+    "view": "agx"}. Raises `SettingsError` for what there is not.
 
     In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
     `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.

@@ -99,7 +99,8 @@ export class Client {
         return button;
       }),
     );
-    this.setChannel(this.channels.includes(this.channel) ? this.channel : this.channels[0]);
+    const channel = this.channel || welcome.channel;
+    this.setChannel(this.channels.includes(channel) ? channel : this.channels[0]);
   }
 
   /** @param {Message} about */
