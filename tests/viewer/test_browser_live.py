@@ -125,6 +125,20 @@ def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
     return [screen[y : y + size[1], x : x + size[0]] for y, x in near]
 
 
+def test_the_page_begins_with_what_is_chosen(tab: Tab, world: raycam.World) -> None:
+    start = {"channel": "depth", "exposure": 1.5, "view": "agx", "time": 0.5}
+    server = Server(lambda: Session(world, world.camera("plain"), samples=SAMPLES, start=start), port=0)
+    try:
+        tab.open(server.url)
+        tab.wait("document.getElementById('channel').value === 'depth'")
+        (session,) = server.sessions.values()
+        until(lambda: session.shown == (session.version, "depth"))
+        assert (session.channel, session.exposure, session.view, session.time) == ("depth", 1.5, "agx", 0.5)
+        assert tab.evaluate("document.getElementById('time').value") == "0.5"
+    finally:
+        server.close()
+
+
 def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, world: raycam.World) -> None:
     tab.show(700, 360)
     session = opened(tab, live, SAMPLES)
