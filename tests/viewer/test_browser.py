@@ -215,7 +215,7 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
         for _ in range(steps):
             tab.press(key)
     tab.wait("document.getElementById('pixel-place').textContent === 'column 25, row 16 (held)'")
-    assert "depth" in tab.evaluate("document.getElementById('held').textContent")
+    tab.wait("document.getElementById('held').textContent.includes('depth')")  # once its plane is unpacked
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
     text = tab.evaluate("document.getElementById('explained-text').textContent")
