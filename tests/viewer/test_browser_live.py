@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -25,7 +26,7 @@ from raycam.viewer.session import Session
 from support.chromium import Tab
 from support.gltf_document import Document
 from support.patience import until
-from support.viewer_page import opened, text_of
+from support.viewer_page import opened, place_of, text_of
 
 pytestmark = pytest.mark.proof
 SAMPLES = 4
@@ -123,6 +124,25 @@ def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
     left, top = (screen.shape[1] - size[0]) // 2, (screen.shape[0] - size[1]) // 2
     near = itertools.product(range(max(top - 1, 0), top + 2), range(max(left - 1, 0), left + 2))
     return [screen[y : y + size[1], x : x + size[0]] for y, x in near]
+
+
+def test_a_click_is_told_to_the_script(tab: Tab, world: raycam.World) -> None:
+    told: list[dict[str, Any]] = []
+    with raycam.view(
+        world, world.camera("plain"), samples=SAMPLES, block=False, browser=False, port=0
+    ) as viewer:
+        viewer.on_pick(told.append)
+        tab.open(viewer.url)
+        tab.wait(DONE)
+        (session,) = viewer._sessions()
+        x, y = place_of(tab, 40, 30, session.size)
+        for kind in ("mousePressed", "mouseReleased"):
+            tab.mouse(kind, x, y, button="left", clickCount=1)
+        until(lambda: len(told) == 1)
+        seen = raycam.render(world, session.camera, channels="instance")["instance"]
+    (picked,) = told
+    assert picked["pixel"] == (40, 30)
+    assert picked["instance"] == seen[30, 40]
 
 
 def test_the_page_begins_with_what_is_chosen(tab: Tab, world: raycam.World) -> None:

@@ -35,6 +35,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "display": {"exposure": -1.5, "view": "agx"},
     "quality": {"integrator": "path"},
     "probe": {"id": 7, "u": 0, "v": 1079},
+    "pick": {"u": 0, "v": 1079},
     "explain": {"id": 7, "u": 1919, "v": 0},
     "snapshot": {"format": "png"},
     "copy": {"format": "toml"},

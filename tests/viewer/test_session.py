@@ -11,6 +11,7 @@ import raycam
 from raycam.viewer.messages import MESSAGES
 from raycam.viewer.server import SLOW
 from raycam.viewer.session import LARGEST, Session, lens_of
+from support.patience import until
 
 
 @pytest.fixture
@@ -142,6 +143,8 @@ def test_every_message_is_for_the_session_or_the_server(session: Session) -> Non
             "roll": 0,
             "pitch": 0,
             "yaw": 0,
+            "u": 1,
+            "v": 1,
         }
         with contextlib.suppress(raycam.Error):  # there is no variant, no edit and nothing to undo
             edit = {"kind": "object", "number": 9, "key": "visible", "value": True}
@@ -267,3 +270,27 @@ def test_what_is_shown_first_is_chosen_and_checked() -> None:
     ):
         with pytest.raises(raycam.SettingsError, match=text):
             raycam.view(world, block=False, browser=False, start=wrong)
+
+
+def test_clicked_pixels_are_told(small_world: raycam.World, capsys: pytest.CaptureFixture[str]) -> None:
+    told: list[dict[str, Any]] = []
+
+    def fail(picked: dict[str, Any]) -> None:
+        if len(told) == 1:
+            raise ZeroDivisionError
+
+    with raycam.view(small_world, block=False, browser=False) as viewer:
+        assert viewer.on_pick(told.append) is not None
+        viewer.on_pick(fail)
+        session = viewer._session()
+        width, height = session.size
+        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is not in the picture
+            session.receive({"type": "pick", "u": u, "v": v})
+        until(lambda: len(told) == 2)
+    seen = raycam.render(small_world, session.camera, channels=["position", "instance", "triangle"])
+    for picked in told:
+        column, row = picked["pixel"]
+        assert picked["camera"] == session.camera
+        for name, array in seen.items():
+            np.testing.assert_array_equal(picked[name], array[row, column])
+    assert "ZeroDivisionError" in capsys.readouterr().err

@@ -134,6 +134,7 @@ MESSAGES: dict[str, dict[str, Check]] = {
     "display": {"exposure": _number(-100, 100), "view": _one_of(*VIEWS)},
     "quality": {"integrator": _one_of("direct", "path")},
     "probe": {"id": _seq, **_pixel},
+    "pick": _pixel,
     "explain": {"id": _seq, **_pixel},
     "snapshot": {"format": _one_of("png", "html", "npz", "glb", "toml")},
     # A turn around the pivot; of 0 degrees the world's own movement. Then its end before that.

@@ -60,6 +60,7 @@ class Session:
         source: Path | None = None,
         allows_open: bool = False,
         start: Mapping[str, Any] | None = None,
+        picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
     ) -> None:
         """Begins it with what `start` says: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
@@ -68,6 +69,8 @@ class Session:
         self.source = source
         """The file that the world was loaded from."""
         self.allows_open = allows_open
+        self.picked = picked
+        """Is told of the pixels that are clicked."""
         self.uploads = Uploads()
         self.edits = world if isinstance(world, Edits) else Edits(world)
         """The world, which other sessions may share, and its changes."""
@@ -263,6 +266,7 @@ class Session:
             "redo": lambda said: self.edits.redo(),
             "quality": self._quality,
             "ack": self._ack,
+            "pick": lambda said: self.picked(self, said["u"], said["v"]),
             "visible": self._visible,
             "stop": lambda said: self.film_stop.set(),
         }

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import time
-from collections.abc import Collection, Mapping
+import traceback
+from collections.abc import Callable, Collection, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +20,15 @@ from ..world import World
 from .scene.edits import Edits
 from .server import Server
 from .session import DEFAULT_SAMPLES, Session
+from .stills import truth
 
 if TYPE_CHECKING:
     from types import TracebackType
 
 __all__ = ["Viewer", "open_browser", "view"]
 
+QUEUED_PICKS = 16
+"""Clicked pixels that wait for the listeners at most; others are lost."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -69,7 +75,11 @@ class Viewer:
             "source": None if source is None else Path(source).absolute(),
             "allows_open": allow_open,
             "start": start,
+            "picked": self._pick,
         }
+        self._listeners: list[Callable[[dict[str, Any]], object]] = []
+        self._telling = ThreadPoolExecutor(1, "raycam picks")
+        self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         Session(Edits(world), self._camera, **self._options)  # raises for what there is not
         self._server: Server | None = None
         self._widget: Any = None
@@ -123,9 +133,38 @@ class Viewer:
             if exit_when_closed and emptied is not None and time.monotonic() - emptied > LINGER:
                 return
 
+    def on_pick(self, function: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], object]:
+        """Calls `function` for each pixel that is clicked, with its ground truth; returns it, as a decorator does.
+
+        It gets a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy values:
+        `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Calls come one after
+        the other, from a thread of their own; an exception is printed, and the view goes on.
+        """
+        self._listeners.append(function)
+        return function
+
+    def _pick(self, session: Session, u: int, v: int) -> None:
+        with session.lock:
+            world, camera = session.world, session.camera
+        is_inside = u < camera.size[0] and v < camera.size[1]
+        if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
+            self._telling.submit(self._tell, world, camera, u, v)
+
+    def _tell(self, world: World, camera: Camera, u: int, v: int) -> None:
+        try:
+            seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
+            channels = {name: array[0, 0] for name, array in seen.items()}
+            for function in self._listeners:
+                function({"pixel": (u, v), "camera": camera, **channels})
+        except Exception:
+            traceback.print_exc()
+        finally:
+            self._free_picks.release()
+
     def close(self) -> None:
         """Tells the clients, and ends the server or the widget."""
         (self._widget if self._server is None else self._server).close()
+        self._telling.shutdown(wait=False)
 
     def __enter__(self) -> Viewer:
         """The viewer, which is closed when the block ends."""

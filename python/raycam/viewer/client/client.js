@@ -245,6 +245,13 @@ export class Client {
     this.probe();
   }
 
+  /** Holds a pixel that is clicked, and says so: the script that shows the view may want to know.
+   * @param {Pixel | null} pixel */
+  pick(pixel) {
+    this.hold(pixel);
+    if (pixel && this.transport.live) this.transport.send({ type: "pick", u: pixel.column, v: pixel.row });
+  }
+
   /** Empties the readout: what it says is no longer so. */
   forgetValues() {
     this.known = null;

@@ -41,7 +41,7 @@ function commandsOf(client) {
     },
     hold: () => {
       const { width, height } = picture.canvas.getBoundingClientRect();
-      client.hold(client.hovered || picture.pixelAt(width / 2, height / 2));
+      client.pick(client.hovered || picture.pixelAt(width / 2, height / 2));
     },
     copy: () => client.copy(),
     explain: () => client.explain(),
@@ -94,7 +94,7 @@ export function bindCommands(client, live) {
     away: () => {},
     click: ({ x, y }, explain) => {
       const pixel = picture.pixelAt(x, y);
-      client.hold(pixel);
+      client.pick(pixel);
       if (explain && pixel) client.explain(pixel);
     },
     doubleClick: () => {},
