@@ -11,7 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.cli import main
-from support.gltf_document import Document
+from support.gltf_document import variant_square
 
 SMALL = "--size 64x48 --samples 2"
 
@@ -60,17 +60,7 @@ def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
 
 
 def test_a_variant_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    document = Document()
-    document.use("KHR_materials_variants")
-    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
-    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
-    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
-    mappings = [{"material": red, "variants": [0]}]
-    document.json["meshes"][mesh]["primitives"][0]["extensions"] = {
-        "KHR_materials_variants": {"mappings": mappings}
-    }
-    document.node(mesh=mesh)
-    document.save(folder / "v.glb")
+    variant_square().save(folder / "v.glb")
     for option, color in (("", [0, 255, 0]), ("--variant red", [255, 0, 0])):
         assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
         assert (picture("v.png")[..., :3] == color).all(axis=-1).any()

@@ -111,6 +111,20 @@ class Document:
         return path
 
 
+def variant_square() -> Document:
+    """A green square that is red in the material variant "red"."""
+    document = Document()
+    document.use("KHR_materials_variants")
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
+    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": red, "variants": [0]}]
+    primitive = document.json["meshes"][mesh]["primitives"][0]
+    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    document.node(mesh=mesh)
+    return document
+
+
 def parse(data: bytes) -> tuple[dict[str, Any], bytes]:
     """The JSON and the binary chunk of a GLB file."""
     magic, version, length = struct.unpack_from("<4sII", data)

@@ -24,7 +24,7 @@ from raycam.viewer.scheduler import Scheduler
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import Tab
-from support.gltf_document import Document
+from support.gltf_document import variant_square
 from support.patience import until
 from support.viewer_page import opened, place_of, text_of
 
@@ -223,22 +223,8 @@ def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
     assert moved[0] == pytest.approx(session.time, abs=0.3)
 
 
-def variants_file(folder: Path) -> Path:
-    """A green square that may be red, as glTF."""
-    document = Document()
-    document.use("KHR_materials_variants")
-    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
-    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
-    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
-    mappings = [{"material": red, "variants": [0]}]
-    primitive = document.json["meshes"][mesh]["primitives"][0]
-    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
-    document.node(mesh=mesh)
-    return document.save(folder / "v.glb")
-
-
 def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
-    world = raycam.load(variants_file(tmp_path))
+    world = raycam.load(variant_square().save(tmp_path / "v.glb"))
     server = Server(lambda: Session(world, world.default_camera(), samples=SAMPLES, title="v"), port=0)
     try:
         session = opened(tab, server, SAMPLES)

@@ -76,7 +76,7 @@ impl World {
     /// The world in one of these files, by its name.
     ///
     /// # Errors
-    /// Those of `raycam_formats::load`.
+    /// The errors of `raycam_formats::load`.
     pub fn load(path: &str, files: Files) -> Result<World, String> {
         load_from_memory(Path::new(path), files.0, &Budget::of_page())
             .map(Self::from_scene)
@@ -86,7 +86,7 @@ impl World {
     /// The world in the bytes of a bundle.
     ///
     /// # Errors
-    /// Those of `raycam_formats::bundle::read`.
+    /// The errors of `raycam_formats::bundle::read`.
     pub fn unpack(bytes: &[u8]) -> Result<World, String> {
         let world = bundle::read(bytes, Path::new("world"), Budget::of_page());
         world.map(Self::from_scene).map_err(|e| format_failure(&e))

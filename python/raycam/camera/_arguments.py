@@ -49,14 +49,20 @@ def either_order(constructor: Constructor) -> Constructor:
     return called  # type: ignore[return-value]
 
 
+def checked_pixel_center(pixel_center: object) -> PixelCenter:
+    """Returns the checked name of the place where pixels are counted from."""
+    if isinstance(pixel_center, str) and pixel_center in ("integer", "half"):
+        return "integer" if pixel_center == "integer" else "half"
+    raise CameraError(
+        f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
+        'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
+    )
+
+
 def make(constructor: str, *args: Any) -> _core.Camera:
     """Makes a core camera by the name of its constructor, "" for the class."""
     *numbers, size, pixel_center = args
-    if not isinstance(pixel_center, str) or pixel_center not in ("integer", "half"):
-        raise CameraError(
-            f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
-            'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
-        )
+    checked_pixel_center(pixel_center)
     make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera
     made: _core.Camera = make(*numbers, size_of(size, error=CameraError), pixel_center)
     return made

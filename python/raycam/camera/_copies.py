@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, one_of, product, real, size_of
+from ..arguments import Floats, product, real, size_of
 from ..errors import CameraError
-from ._arguments import Model, PixelCenter, Size, Up, lens_of, matrix, number, vector
+from ._arguments import Model, PixelCenter, Size, Up, checked_pixel_center, lens_of, matrix, number, vector
 from ._background import Background
 from .asked import only_camera
 
@@ -59,9 +59,7 @@ class Copies:
             )
             camera = camera.at_pose(*pose)
         table = camera.to_dict()
-        if pixel_center is not None:
-            one_of("pixel_center", pixel_center, ("integer", "half"), error=CameraError)
-        if pixel_center is not None and pixel_center != camera.pixel_center:
+        if pixel_center is not None and checked_pixel_center(pixel_center) != camera.pixel_center:
             table["pixel_center"] = pixel_center
             if K is None:
                 _require_k(table)

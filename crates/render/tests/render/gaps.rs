@@ -67,7 +67,7 @@ fn gaps_keep_the_light_and_reduce_noise() {
     });
     let all = || guided.iter().chain(&plain);
     let means: Vec<f32> = (0..plain[0].len()).map(|i| all().map(|one| one[i]).sum::<f32>() / 32.0).collect();
-    // Of all pixels alike: some see the bright room.
+    // The mean of all pixels: some see the bright room.
     let light = |all: &[Vec<f32>]| -> f64 {
         all.iter().flat_map(|one| one.iter().zip(&means)).map(|(x, m)| f64::from(x / m)).sum()
     };
