@@ -506,7 +506,8 @@ class World(RayQueries, PointQueries):
         """The world at a time in seconds of its video and of an animation, by name or number (default: the first).
 
         Parts that do not move are shared with this world; meshes that deform keep their triangles. For a camera with a
-        shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation.
+        shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a time that
+        is not finite.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
