@@ -1,13 +1,13 @@
-"""Light beside another build of raycam, or beside Mitsuba 3 and Cycles, in turn: processor time x variance.
+"""Light beside another build of raycam, or Mitsuba 3, Cycles and pbrt-v4, in turn: processor time x variance.
 
-    python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--hard]
-        [--scenes NAME ...] [--size WIDTH HEIGHT]
+    python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--pbrt EXECUTABLE]
+        [--hard] [--scenes NAME ...] [--size WIDTH HEIGHT]
 
 FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all
 threads together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared
 mean plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of
-the times to the same error. The better sampler of Mitsuba counts, and the better of Cycles with and without path
-guiding, which is charged for its samples alone.
+the times to the same error. The better sampler of Mitsuba and of pbrt counts, and the better of Cycles with and without
+path guiding; Cycles and pbrt are charged for their samples alone.
 """
 
 from __future__ import annotations
@@ -35,8 +35,10 @@ TURNS = 2
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")
-} | {"cycles": ("path_cycles", {}), "cycles guided": ("path_cycles", {"use_guiding": True})}
-FAMILIES = ("before", "mitsuba", "cycles")
+}
+OTHERS |= {"cycles": ("path_cycles", {}), "cycles guided": ("path_cycles", {"use_guiding": True})}
+OTHERS |= {f"pbrt {sampler}": ("path_pbrt", {"sampler": sampler}) for sampler in ("independent", "zsobol")}
+FAMILIES = ("before", "mitsuba", "cycles", "pbrt")
 
 Found = dict[str, float]
 
@@ -46,7 +48,8 @@ def measure(options: argparse.Namespace) -> Found:
     scene = json.loads(options.one.read_text(encoding="utf-8"))
     name, settings = OTHERS.get(options.other, ("path_raycam", {}))
     module: Any = importlib.import_module(name)
-    own = {"clock": time.process_time} if name == "path_cycles" else {}
+    clocks = {"path_cycles": {"clock": time.process_time}, "path_pbrt": {"executable": options.pbrt}}
+    own = clocks.get(name, {})
     picture = module.picture(scene, options.size, **settings, **own)
     picture(options.samples, 999)  # Mitsuba compiles for each number of samples
     pictures, times = [], []
@@ -74,10 +77,11 @@ def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | N
     now = {"raycam": (this, str(Path(raycam.__file__).parents[1]))}
     if options.before:
         now["before"] = (this, str(options.before.resolve()))
-    pythons = {"path_mitsuba": options.mitsuba, "path_cycles": options.cycles}
+    commands = {"path_mitsuba": [options.mitsuba, __file__], "path_cycles": [options.cycles, __file__]}
+    commands["path_pbrt"] = [options.pbrt and sys.executable, __file__, "--pbrt", options.pbrt]
     for other, (module, _) in OTHERS.items():
-        if pythons[module]:
-            now[other] = ([pythons[module], __file__, "--other", other], None)
+        if commands[module][0]:
+            now[other] = ([*commands[module], "--other", other], None)
     return now
 
 
@@ -121,6 +125,7 @@ def main() -> None:
     parser.add_argument("--before", type=Path, help="the folder of another build's package")
     parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
     parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
+    parser.add_argument("--pbrt", metavar="EXECUTABLE", help="pbrt-v4")
     parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
     parser.add_argument("--unlimited", action="store_true", help="paths of any number of segments")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
@@ -133,8 +138,8 @@ def main() -> None:
     if options.one:
         print(json.dumps(measure(options)))
         return
-    if not (options.before or options.mitsuba or options.cycles):
-        parser.error("nothing to compare with: give --before, --mitsuba or --cycles")
+    if not (options.before or options.mitsuba or options.cycles or options.pbrt):
+        parser.error("nothing to compare with: give --before, --mitsuba, --cycles or --pbrt")
     rows, gains = [], []
     depth = HARD_DEPTH if options.hard else DEPTH
     depth = None if options.unlimited else depth
@@ -166,7 +171,7 @@ def main() -> None:
     kinds = {
         "hard": options.hard,
         "unlimited": options.unlimited,
-        "others": options.mitsuba or options.cycles,
+        "others": options.mitsuba or options.cycles or options.pbrt,
     }
     name = "_".join(["light_in_turn", *(kind for kind, asked in kinds.items() if asked)])
     head += ["mean", *(f"gain over {family}" for family in FAMILIES)]

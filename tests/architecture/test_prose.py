@@ -28,6 +28,10 @@ def test_docstrings_open_with_what_a_thing_is() -> None:
     assert len(found) <= limits.DOC_OPENINGS["python"], found
 
 
+def test_descriptions_open_with_what_a_thing_is() -> None:
+    assert prose.descriptions(ROOT) == []
+
+
 def test_riddles_are_noticed(tmp_path: Path) -> None:
     source = tmp_path / "crates" / "bvh" / "src" / "a.rs"
     source.parent.mkdir(parents=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from pathlib import Path
 
 from .python_imports import tree_of
@@ -23,6 +24,18 @@ def doc_openings(root: Path, crate: str) -> list[str]:
 def comment_openings(root: Path, crate: str) -> list[str]:
     """Other comments of a crate whose first word is one of a riddle."""
     return [line for kind, line in _openings(root, crate) if kind == "//"]
+
+
+def descriptions(root: Path) -> list[str]:
+    """Descriptions of crates and of the package whose first word is one of a riddle."""
+    files = {path: "package" for path in sorted(root.glob("crates/*/Cargo.toml"))}
+    files[root / "pyproject.toml"] = "project"
+    found = []
+    for path, table in files.items():
+        text = tomllib.loads(path.read_text(encoding="utf-8"))[table]["description"]
+        if RIDDLE.match(text):
+            found.append(f"{path.relative_to(root)}: {text}")
+    return found
 
 
 def _openings(root: Path, crate: str) -> list[tuple[str, str]]:
