@@ -1,43 +1,36 @@
 //! Parallel loops, with results that do not depend on the number of threads.
 
+use std::convert::Infallible;
 use std::panic;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// The results of `each` for all items, in their order.
+/// Runs `work` on as many threads as there are cores, `count` at most.
 ///
 /// The threads live as long as the call: a file is read once, and a pool that outlives it would not survive a fork.
-pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let threads = match items.len() {
+fn run_on_threads(count: usize, work: &(dyn Fn() + Sync)) {
+    let threads = match count {
         // `available_parallelism` opens files.
         0 | 1 => 1,
         count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
     };
-    if threads < 2 {
-        return items.iter().map(each).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            match items.get(at) {
-                Some(item) => done.push((at, each(item))),
-                None => return done,
-            }
-        }
-    };
-    let mut done = thread::scope(|scope| {
+    thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let mut done = work();
+        work();
         for other in others {
-            done.extend(other.join().unwrap_or_else(|e| panic::resume_unwind(e)));
+            other.join().unwrap_or_else(|e| panic::resume_unwind(e));
         }
-        done
     });
-    done.sort_unstable_by_key(|&(at, _)| at);
-    done.into_iter().map(|(_, result)| result).collect()
+}
+
+/// The results of `each` for all items, in their order.
+pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    let Ok(()) = fill_blocks(&mut results, 1, |at, result| {
+        result[0] = Some(each(&items[at]));
+        Ok::<(), Infallible>(())
+    });
+    results.into_iter().flatten().collect()
 }
 
 /// Fills the blocks of `size` values by `make`, which gets the index of the first value of a block.
@@ -52,36 +45,29 @@ pub(crate) fn fill_blocks<T: Send, E: Send>(
     make: impl Fn(usize, &mut [T]) -> Result<(), E> + Sync,
 ) -> Result<(), E> {
     let count = values.len().div_ceil(size);
-    let threads = match count {
-        0 | 1 => 1,
-        count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
-    };
     let blocks = Mutex::new(values.chunks_mut(size).enumerate());
-    // Blocks are assigned in order, so that all blocks before one with an error are assigned too.
-    let next = || blocks.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let failed = AtomicUsize::new(usize::MAX);
-    let work = || {
-        while let Some((number, block)) = next() {
-            if failed.load(Ordering::Relaxed) < number {
+    let first_error: Mutex<Option<(usize, E)>> = Mutex::new(None);
+    run_on_threads(count, &|| {
+        loop {
+            // Blocks are assigned in order, so that all blocks before one with an error are assigned too.
+            let Some((number, block)) = lock(&blocks).next() else { break };
+            if lock(&first_error).as_ref().is_some_and(|&(failed, _)| failed < number) {
                 break;
             }
             if let Err(error) = make(number * size, block) {
-                failed.fetch_min(number, Ordering::Relaxed);
-                return Some((number, error));
+                let mut first = lock(&first_error);
+                if first.as_ref().is_none_or(|&(failed, _)| number < failed) {
+                    *first = Some((number, error));
+                }
             }
         }
-        None
-    };
-    let errors = thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let mut errors: Vec<_> = work().into_iter().collect();
-        for other in others {
-            errors.extend(other.join().unwrap_or_else(|e| panic::resume_unwind(e)));
-        }
-        errors
     });
-    let first = errors.into_iter().min_by_key(|&(number, _)| number);
+    let first = first_error.into_inner().unwrap_or_else(PoisonError::into_inner);
     first.map_or(Ok(()), |(_, error)| Err(error))
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The minimum and the maximum; `u32::MAX` and 0 of no numbers.
