@@ -171,7 +171,8 @@ def main() -> None:
     kinds = {
         "hard": options.hard,
         "unlimited": options.unlimited,
-        "others": options.mitsuba or options.cycles or options.pbrt,
+        "others": options.mitsuba or options.cycles,
+        "pbrt": options.pbrt,
     }
     name = "_".join(["light_in_turn", *(kind for kind, asked in kinds.items() if asked)])
     head += ["mean", *(f"gain over {family}" for family in FAMILIES)]
