@@ -278,9 +278,8 @@ FIGURES: list[Callable[[], Image]] = [
 def front() -> None:
     """The picture of the README, which is kept in `images/`: `python docs/figures.py` makes it anew."""
     world = raycam.load(ASSETS / "spot.toml")
-    raycam.render(world, world.default_camera().resized((800, 500))).save(
-        MESHES.parent / "images" / "spot.png"
-    )
+    picture = raycam.render(world, world.default_camera().resized((800, 500)))
+    picture.save(MESHES.parent / "images" / "spot.jpg")
 
 
 def write(folder: Path) -> None:

@@ -3,8 +3,8 @@
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Videos are shown
-as NAME.webp and written as NAME.gif. Needs Pillow.
+A page shows NAME.jpg of `images/howto`, `images/gallery` or `images/pages`; one of its blocks writes NAME.png. Videos
+are shown as NAME.webp and written as NAME.gif, figures are NAME.svg in both places. Needs Pillow.
 Pictures that the folder lacks after the blocks are those of another page, and stay.
 """
 
@@ -15,6 +15,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -24,8 +25,9 @@ from raycam import cli
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
-SHOWN = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.jpg")
-FILMS = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.webp")
+SHOWN = re.compile(r"images/((?:howto|gallery|pages)/[\w-]+)\.jpg")
+FIGURES = re.compile(r"images/(howto/[\w-]+\.svg)")
+FILMS = re.compile(r"images/((?:howto|gallery|pages)/[\w-]+)\.webp")
 MAX_BYTES = 60_000
 MAX_FILM_BYTES = 120_000
 MAX_SIDE = 480
@@ -138,7 +140,8 @@ def main() -> None:
         text = page.read_text(encoding="utf-8")
         names = list(dict.fromkeys(SHOWN.findall(text)))
         films = list(dict.fromkeys(FILMS.findall(text)))
-        if not names + films:
+        figures = list(dict.fromkeys(FIGURES.findall(text)))
+        if not names + films + figures:
             continue
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
@@ -149,6 +152,8 @@ def main() -> None:
             for name in films:
                 if Path(f"{Path(name).name}.gif").exists():
                     keep_film(name)
+            for name in figures:
+                shutil.copy(Path(name).name, DOCS / "images" / name)
             if Path("toys/annotations").exists():
                 labelled(Path("toys"))
             os.chdir(DOCS)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import io
 import os
 import re
@@ -91,7 +92,9 @@ def _main(words: Sequence[str]) -> int:
             print(SHORT_HELP)
             return 0
         if words and not words[0].startswith("-") and words[0] not in COMMANDS:
-            parser.error(nearest("command", words[0], list(COMMANDS)))
+            model = words[0].lower().endswith((".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".toml"))
+            way = f"; a picture of a model: raycam render {words[0]}" if model else ""
+            parser.error(f"{nearest('command', words[0], list(COMMANDS))}{way}")
         options = parser.parse_args(_joined(words))
         set_loudness(options.quiet, options.verbose)
         options.run(options)
@@ -159,10 +162,19 @@ def _joined(words: Sequence[str]) -> list[str]:
 
 def _message(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+        if not error.filename:
+            return error.strerror
+        bare = error.strerror == os.strerror(errno.ENOENT) and isinstance(error.filename, str)
+        return f"{error.filename}: {error.strerror}{_guess(error.filename) if bare else ''}"
     if isinstance(error, MemoryError):
         return f"out of memory {error}".rstrip()
     return str(error)
+
+
+def _guess(path: str) -> str:
+    from ..world.missing_files import guess
+
+    return guess(path)
 
 
 class _Parser(argparse.ArgumentParser):

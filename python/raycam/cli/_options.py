@@ -314,7 +314,10 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
     found = calibration_file(text)
     if found is None:
-        raise FileNotFoundError(f"{text}: there is no such file; expected a calibration or a world file")
+        from ..world.missing_files import guess
+
+        expected = "expected a calibration or a world file"
+        raise FileNotFoundError(f"{text}: there is no such file; {expected}{guess(text)}")
     file, name = found
     if os.path.isfile(file) and file.endswith((".toml", ".glb", ".gltf")):
         world = load(file)
@@ -347,7 +350,12 @@ def _given_camera(world: World, options: argparse.Namespace) -> Camera:
     elif options.camera not in world.cameras and (
         os.sep in options.camera or os.path.splitext(options.camera)[1]
     ):
-        raise SettingsError(f"--camera {options.camera}: there is no such file, and no camera of this name")
+        from ..world.missing_files import guess
+
+        close = guess(options.camera)
+        raise SettingsError(
+            f"--camera {options.camera}: there is no such file, and no camera of this name{close}"
+        )
     else:
         camera = world.camera(options.camera)
     if options.size is None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import WorldError
 
-__all__ = ["MODELS", "check_exists", "recipe_named"]
+__all__ = ["MODELS", "check_exists", "guess", "recipe_named"]
 
 MODELS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off", ".usd", ".usda", ".usdc", ".usdz")
 """The endings of files that are worlds or models."""
@@ -38,6 +38,16 @@ def check_exists(path: str | os.PathLike[str]) -> None:
             errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
         )
     raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
+
+
+def guess(path: str | os.PathLike[str]) -> str:
+    """The nearest names of any kind in the folder of a file that is not there, as the end of a message."""
+    import difflib
+
+    folder = Path(path).parent
+    names = {path.name.lower(): path.name for path in folder.iterdir()} if folder.is_dir() else {}
+    close = [names[name] for name in difflib.get_close_matches(Path(path).name.lower(), names, n=SHOWN)]
+    return f"; did you mean {' or '.join(str(folder / name) for name in close)}?" if close else ""
 
 
 @contextlib.contextmanager

@@ -37,9 +37,10 @@ def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
     if options.rig in rigs:
         return rigs[options.rig]
     if not Path(options.rig).exists():
-        raise SettingsError(
-            nearest("rig", options.rig, list(rigs)) if rigs else f"the world has no rig {options.rig!r}"
-        )
+        from ...world.missing_files import guess
+
+        known = f"; {nearest('rig', options.rig, list(rigs))}" if rigs else ", and the world has no rig"
+        raise SettingsError(f"--rig {options.rig}: there is no such file{known}{guess(options.rig)}")
     return next(iter(rigs_in(options.rig, options).values()))
 
 
