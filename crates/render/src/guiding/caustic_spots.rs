@@ -17,6 +17,8 @@ const MARGIN: f64 = 1e-3;
 /// Noise of unguided samples half of the world away, relative to all light: the square of the spot's light over its fraction of
 /// directions.
 const MIN_NOISE: f64 = 0.05;
+/// Photons of a spot, at least: few are no evidence.
+const MIN_PHOTONS: usize = 32;
 
 /// The spots of landing points with their fractions of all light, in a world of this longest side; those that bring most first.
 pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<CausticCaster> {
@@ -28,10 +30,12 @@ pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<Causti
         };
         let (center, radius, fraction) = gather(&landed, cell, reach);
         let radius = RADIUS_SIGMAS * radius + MARGIN * size;
-        if !((fraction * 0.5 * size / radius).powi(2) > MIN_NOISE) {
+        let (near, others): (Vec<_>, Vec<_>) = landed.into_iter().partition(|(at, _)| at.distance(center) <= reach);
+        let noise = (fraction * 0.5 * size / radius).powi(2);
+        if near.len() < MIN_PHOTONS || !(noise > MIN_NOISE) {
             break;
         }
-        landed.retain(|(at, _)| at.distance(center) > reach);
+        landed = others;
         spots.push(CausticCaster { instance: u32::MAX, center, radius, is_rough: false, weight: 1.0 });
     }
     spots
