@@ -32,7 +32,8 @@ pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<Causti
         let radius = RADIUS_SIGMAS * radius + MARGIN * size;
         let (near, others): (Vec<_>, Vec<_>) = landed.into_iter().partition(|(at, _)| at.distance(center) <= reach);
         let noise = (fraction * 0.5 * size / radius).powi(2);
-        if near.len() < MIN_PHOTONS || !(noise > MIN_NOISE) {
+        let is_spot = near.len() >= MIN_PHOTONS && noise > MIN_NOISE;
+        if !is_spot {
             break;
         }
         landed = others;
