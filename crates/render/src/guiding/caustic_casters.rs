@@ -243,8 +243,8 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
         let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
-        let casters = prepared.caustic_casters().0.to_vec();
-        prepared.guiding.caustics = Caustics { casters, maps: vec![] }.into();
+        let casters = prepared.caustics().casters.clone();
+        prepared.guiding.caustics = Caustics { casters, ..Caustics::default() }.into();
         let with = pictures(&prepared);
         prepared.guiding.caustics = Caustics::default().into();
         let without = pictures(&prepared);

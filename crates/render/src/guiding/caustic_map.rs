@@ -2,8 +2,8 @@
 //!
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques 1995). The
 //! space around a caster is divided into cells by direction and distance. A cell stores the mean and the spread of the
-//! points where its photons left the caster: a sphere, to which samples of diffuse surfaces are guided; two spheres where
-//! the exit points are bimodal, as with photons through a lens and over its side.
+//! points where its photons left the caster, or of points further along their directions, whichever are more alike: a sphere, to
+//! which samples of diffuse surfaces are guided; a second one where further photons are alike.
 
 use glam::{DVec3, Vec3};
 
@@ -17,15 +17,22 @@ const DISTANCE_LAYERS: usize = 8;
 const CELL_COUNT: usize = CELLS_PER_SIDE * CELLS_PER_SIDE * DISTANCE_LAYERS;
 /// Cells on a side of the blocks to which cells with few photons are merged, at most.
 const COARSEST_SIDE: usize = 8;
-/// Photons that a block needs.
-const MIN_PHOTONS: u32 = 6;
-/// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster.
+/// Photons that a target needs, and those of a block that are looked at, at most.
+const MIN_PHOTONS: usize = 5;
+const MAX_PHOTONS: usize = 64;
+/// Points along a photon's way by which photons of a block may be alike: its exit, and points so far from where it landed, in
+/// radii of the caster. Where light comes straight through a thin wall, directions are alike and exits are not.
+const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
+/// Radii of the neighbourhoods that are compared, as seen from where the photons landed, and the power of the radius that their
+/// light is divided by: small ones are worth more, but for those of few photons.
+const NEIGHBORHOODS: [f64; 5] = [0.03, 0.06, 0.12, 0.25, 0.5];
+const RADIUS_POWER: f64 = 0.7;
+/// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster or, for points
+/// further away than that, relative to their distance.
 const RADIUS_SIGMAS: f64 = 1.75;
 const MIN_RADIUS: f64 = 0.02;
-/// Cross-section of two targets relative to that of one for all photons, at most.
-const MAX_TWO_TARGETS_AREA: f32 = 0.5;
-/// Part of a caster's light that came to cells of bimodal exit points, at least, if the map is to have second targets.
-const MIN_BIMODAL_FRACTION: f64 = 0.1;
+/// Part of a block's light that its second target has, and of a caster's light that comes to cells with one, at least.
+const MIN_SECOND_FRACTION: f64 = 0.1;
 /// Distance from exit to receiver, in radii of the caster, below which a receiver touches the caster.
 const MIN_EXIT_DISTANCE: f64 = 0.1;
 
@@ -50,7 +57,7 @@ type CellTargets = Box<[GuideTarget; CELL_COUNT]>;
 #[derive(Clone, Debug)]
 pub(crate) struct CausticMap {
     first: CellTargets,
-    /// `None` if few cells are bimodal: every target costs time at every diffuse hit.
+    /// `None` if few cells have one: every target costs time at every diffuse hit.
     second: Option<CellTargets>,
 }
 
@@ -63,26 +70,31 @@ pub(crate) struct PhotonDeposit {
     pub power: f64,
 }
 
-/// Sums over the photons of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-struct CellStats {
-    count: u32,
+/// A photon in units of the caster.
+struct MapPhoton {
+    cell: usize,
+    landing: DVec3,
+    /// Its exit, and the points at [`WAY_DISTANCES`].
+    ways: [DVec3; WAY_DISTANCES.len() + 1],
     power: f64,
-    /// Exit points and the squares of their coordinates, times power.
-    exit: DVec3,
-    square: DVec3,
+}
+
+impl MapPhoton {
+    fn new(caster: &CausticCaster, deposit: &PhotonDeposit) -> Self {
+        let relative = |point: DVec3| (point - caster.center) / caster.radius;
+        let (exit, landing) = (relative(deposit.exit_point), relative(deposit.landing_point));
+        let direction = (exit - landing).normalize_or_zero();
+        let [near, middle, far] = WAY_DISTANCES.map(|distance| landing + distance * direction);
+        let ways = [visible_exit(exit, landing), near, middle, far];
+        Self { cell: cell_index(landing.as_vec3()) as usize, landing, ways, power: deposit.power }
+    }
 }
 
 impl CausticMap {
     /// The map of a caster's photons.
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
-        let relative = |point: DVec3| (point - caster.center) / caster.radius;
-        let photon = |PhotonDeposit { exit_point, landing_point, power }: PhotonDeposit| {
-            let (exit, landing) = (relative(exit_point), relative(landing_point));
-            (cell_index(landing.as_vec3()) as usize, visible_exit(exit, landing), power)
-        };
-        let photons: Vec<_> = deposits.map(photon).collect();
-        let [mut one, mut first, mut second] = [[GuideTarget::default(); CELL_COUNT]; 3].map(Box::new);
+        let photons: Vec<_> = deposits.map(|deposit| MapPhoton::new(caster, &deposit)).collect();
+        let [mut first, mut second] = [[GuideTarget::default(); CELL_COUNT]; 2].map(Box::new);
         let mut size = 1;
         while size <= COARSEST_SIDE {
             let block = |cell: usize| {
@@ -93,32 +105,20 @@ impl CausticMap {
                 ];
                 ((layer / size) * CELLS_PER_SIDE + y / size) * CELLS_PER_SIDE + x / size
             };
-            let mut blocks = vec![CellStats::default(); CELL_COUNT];
-            for &(cell, exit, power) in &photons {
-                blocks[block(cell)].add(exit, power);
-            }
-            let planes: Vec<(usize, f64)> = blocks.iter().map(CellStats::split_plane).collect();
-            let mut halves = vec![[CellStats::default(); 2]; CELL_COUNT];
-            for &(cell, exit, power) in &photons {
-                let at = block(cell);
-                let (axis, place) = planes[at];
-                halves[at][usize::from(exit[axis] > place)].add(exit, power);
-            }
+            let mut blocks: Vec<Vec<&MapPhoton>> = vec![vec![]; CELL_COUNT];
+            photons.iter().for_each(|photon| blocks[block(photon.cell)].push(photon));
+            let targets: Vec<_> = blocks.iter().map(|block| block_targets(block)).collect();
             for (cell, (first, second)) in first.iter_mut().zip(&mut *second).enumerate() {
                 if first.radius == 0.0 {
-                    let at = block(cell);
-                    one[cell] = blocks[at].target();
-                    [*first, *second] = split_targets(&one[cell], &halves[at]);
+                    [*first, *second] = targets[block(cell)];
                 }
             }
             size *= 2;
         }
-        let all: f64 = photons.iter().map(|&(.., power)| power).sum();
-        let bimodal = photons.iter().filter(|&&(cell, ..)| second[cell].radius > 0.0);
-        match bimodal.map(|&(.., power)| power).sum::<f64>() > MIN_BIMODAL_FRACTION * all {
-            true => Self { first, second: Some(second) },
-            false => Self { first: one, second: None },
-        }
+        let all: f64 = photons.iter().map(|photon| photon.power).sum();
+        let twice = photons.iter().filter(|photon| second[photon.cell].radius > 0.0).map(|photon| photon.power);
+        let second = (twice.sum::<f64>() > MIN_SECOND_FRACTION * all).then_some(second);
+        Self { first, second }
     }
 
     /// The targets of points, given relative to the caster's centre and in units of its radius, and their second targets if
@@ -165,43 +165,63 @@ fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
     if distance < MIN_EXIT_DISTANCE && distance > 0.0 { landing + way / distance } else { exit }
 }
 
-/// The targets of a block: one for each half of its photons, if these are small beside one for all.
-fn split_targets(one: &GuideTarget, halves: &[CellStats; 2]) -> [GuideTarget; 2] {
-    let two = halves.each_ref().map(CellStats::target);
-    let area: f32 = two.iter().map(|target| target.radius * target.radius).sum();
-    let are_both = two.iter().all(|target| target.radius > 0.0);
-    if are_both && area < MAX_TWO_TARGETS_AREA * one.radius * one.radius { two } else { [*one, GuideTarget::default()] }
+/// The targets of the photons of a block: the two neighbourhoods that are brightest for their size.
+fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
+    let step = block.len().div_ceil(MAX_PHOTONS).max(1);
+    let mut left: Vec<_> = block.iter().copied().step_by(step).collect();
+    let power: f64 = left.iter().map(|photon| photon.power).sum();
+    let landing = left.iter().map(|photon| photon.landing * photon.power).sum::<DVec3>() / power;
+    let mut targets = [GuideTarget::default(); 2];
+    for (number, target) in targets.iter_mut().enumerate() {
+        let Some((way, center, radius)) = brightest_neighborhood(&left, landing) else {
+            break;
+        };
+        let is_near = |photon: &&MapPhoton| photon.ways[way].distance_squared(center) <= radius * radius;
+        let (near, others): (Vec<_>, Vec<_>) = left.into_iter().partition(is_near);
+        left = others;
+        let (mut sum, mut moment, mut square) = (0.0, DVec3::ZERO, 0.0);
+        for photon in near {
+            let offset = photon.ways[way] - center;
+            sum += photon.power;
+            moment += photon.power * offset;
+            square += photon.power * offset.length_squared();
+        }
+        if number > 0 && sum < MIN_SECOND_FRACTION * power {
+            break;
+        }
+        let mean = moment / sum;
+        let sigma = (square / sum - mean.length_squared()).max(0.0).sqrt();
+        let radius = RADIUS_SIGMAS * sigma + MIN_RADIUS * center.distance(landing).max(1.0);
+        *target = GuideTarget { center: (center + mean).as_vec3().to_array(), radius: radius as f32 };
+    }
+    targets
 }
 
-impl CellStats {
-    fn add(&mut self, exit: DVec3, power: f64) {
-        self.count += 1;
-        self.power += power;
-        self.exit += exit * power;
-        self.square += exit * exit * power;
-    }
-
-    /// Mean of the exit points, and their variance along each axis.
-    fn moments(&self) -> [DVec3; 2] {
-        let mean = self.exit / self.power;
-        [mean, (self.square / self.power - mean * mean).max(DVec3::ZERO)]
-    }
-
-    /// The plane that divides the exit points in halves: through their mean, across the axis along which they vary most.
-    fn split_plane(&self) -> (usize, f64) {
-        let [mean, variance] = self.moments();
-        let axis = variance.max_position();
-        (axis, mean[axis])
-    }
-
-    fn target(&self) -> GuideTarget {
-        if self.count < MIN_PHOTONS {
-            return GuideTarget::default();
+/// The way, the centre and the radius of the neighbourhood of a photon that is brightest for its size; `None` for few photons.
+fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usize, DVec3, f64)> {
+    let mut best = (0.0, None);
+    for way in 0..=WAY_DISTANCES.len() {
+        for photon in photons {
+            let center = photon.ways[way];
+            let reach2 = center.distance_squared(landing);
+            let mut sums = [(0.0, 0); NEIGHBORHOODS.len()];
+            for other in photons {
+                let off2 = other.ways[way].distance_squared(center);
+                for ((power, count), radius) in sums.iter_mut().zip(NEIGHBORHOODS) {
+                    if off2 <= radius * radius * reach2 {
+                        (*power, *count) = (*power + other.power, *count + 1);
+                    }
+                }
+            }
+            for ((power, count), radius) in sums.into_iter().zip(NEIGHBORHOODS) {
+                let worth = power / radius.powf(RADIUS_POWER);
+                if count >= MIN_PHOTONS && worth > best.0 {
+                    best = (worth, Some((way, center, radius * reach2.sqrt())));
+                }
+            }
         }
-        let [mean, variance] = self.moments();
-        let sigma = variance.element_sum().sqrt();
-        GuideTarget { center: mean.as_vec3().to_array(), radius: (RADIUS_SIGMAS * sigma + MIN_RADIUS) as f32 }
     }
+    best.1
 }
 
 /// The cell of a point: octahedral directions (Q. Meyer et al., "On Floating-Point Normal Vectors", 2010) and layers of
@@ -264,9 +284,11 @@ pub(crate) mod tests {
         let strong = (0..63).map(|i| deposits(left(i), at, 1.0));
         let map = CausticMap::new(&CASTER, weak.chain(strong));
         let [exit, _] = map.lookup(at.as_vec3());
-        let center = Vec3::from(exit.center);
-        assert!(center.distance(Vec3::new(0.6, 0.0, -0.5)) < 2e-3, "{exit:?}");
-        assert!((exit.radius - 0.195).abs() < 2e-3, "{exit:?}");
+        let direction = |point: Vec3| (point - at.as_vec3()).normalize();
+        let seen = Vec3::from(exit.center);
+        assert!(direction(seen).distance(direction(Vec3::new(0.6, 0.0, -0.5))) < 5e-3, "{exit:?}");
+        let radius = exit.radius / seen.distance(at.as_vec3());
+        assert!((0.08..0.12).contains(&radius), "{exit:?}");
     }
 
     #[test]
@@ -276,9 +298,9 @@ pub(crate) mod tests {
         let mirrored = |i: usize| left(i) * DVec3::new(1.0, -1.0, 1.0);
         let both = (0..60).map(|i| deposits(if i % 3 == 0 { mirrored(i) } else { left(i) }, at, 1.0));
         let [first, second] = CausticMap::new(&CASTER, both).lookup(at.as_vec3());
-        for (target, y) in [(first, -0.5), (second, 0.5)] {
+        for (target, y) in [(first, 0.5), (second, -0.5)] {
             assert!(Vec3::from(target.center).distance(Vec3::new(0.0, y, 0.02)) < 1e-2, "{target:?}");
-            assert!(target.radius < 0.06, "{target:?}");
+            assert!(target.radius < 0.1, "{target:?}");
         }
         // A caster whose photons are rarely bimodal has no second targets.
         let elsewhere = (0..960).map(|i| deposits(left(i), -at, 1.0));
@@ -286,8 +308,19 @@ pub(crate) mod tests {
         let map = CausticMap::new(&CASTER, rare);
         assert!(map.second.is_none());
         let [first, _] = map.lookup(at.as_vec3());
-        assert!(Vec3::from(first.center).distance(Vec3::new(0.0, 0.0, 0.02)) < 1e-2, "{first:?}");
-        assert!(first.radius > 0.5, "{first:?}");
+        assert!(first.radius > 0.0 && first.radius < 0.1, "{first:?}");
+    }
+
+    #[test]
+    fn light_of_one_direction_has_a_target_beyond_its_exits() {
+        let direction = DVec3::new(0.36, 0.48, 0.8);
+        let at = |i: usize| DVec3::new(0.1 + 0.001 * (i % 8) as f64, 0.0, -1.2 + 0.01 * (i / 8) as f64);
+        let photons = (0..64).map(|i| deposits(at(i) + direction * (0.2 + 0.1 * (i % 3) as f64), at(i), 1.0));
+        let [target, _] = CausticMap::new(&CASTER, photons).lookup(at(20).as_vec3());
+        let seen = Vec3::from(target.center) - at(20).as_vec3();
+        // The exits are 0.2 to 0.4 away.
+        assert!(seen.length() > 1.9 && seen.normalize().distance(direction.as_vec3()) < 1e-2, "{target:?}");
+        assert!(target.radius < 0.04 * seen.length(), "{target:?}");
     }
 
     #[test]
@@ -308,9 +341,9 @@ pub(crate) mod tests {
         let left = DVec3::new(0.2, 0.3, 0.4);
         let few = |count| CausticMap::new(&CASTER, (0..count).map(|_| deposits(left, here, 1.0)));
         let radius = |count, at: DVec3| few(count).lookup(at.as_vec3())[0].radius;
-        assert_eq!(radius(MIN_PHOTONS as usize - 1, here), 0.0);
-        assert!(radius(MIN_PHOTONS as usize, here) > 0.0);
-        assert!(radius(MIN_PHOTONS as usize, beside) > 0.0);
+        assert_eq!(radius(MIN_PHOTONS - 1, here), 0.0);
+        assert!(radius(MIN_PHOTONS, here) > 0.0);
+        assert!(radius(MIN_PHOTONS, beside) > 0.0);
         assert_eq!(radius(1000, behind), 0.0);
     }
 

@@ -11,13 +11,14 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use crate::guiding::caustic_casters::MAX_CASTERS;
+use crate::guiding::caustic_spots::MAX_SPOTS;
 use crate::lobes::shading_frame::cosine_hemisphere_pdf;
 use crate::soa::{Vec3xN, get_lane};
 
 /// Gaps, at most.
 pub(crate) const MAX_GAPS: usize = 8;
-/// Cones of a lane, at most: one for each caster and each gap, and two for each map.
-const MAX_CONES: usize = 3 * MAX_CASTERS + MAX_GAPS;
+/// Cones of a lane, at most: one for each caster, each gap and each spot, and two for each map.
+const MAX_CONES: usize = 3 * MAX_CASTERS + MAX_GAPS + MAX_SPOTS;
 
 /// The cones of every lane.
 #[derive(Clone, Debug)]
@@ -113,6 +114,7 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::guiding::Caustics;
     use crate::guiding::caustic_casters::CausticCaster;
     use crate::guiding::caustic_map::CausticMap;
     use crate::guiding::caustic_map::tests::from_balls;
@@ -146,7 +148,7 @@ mod tests {
         places
     }
 
-    /// A caster above the floor, one that the floor cuts, one around all points, one too far away, and a gap.
+    /// A caster above the floor, one that the floor cuts, one around all points, one too far away, a gap, and a spot.
     fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),
@@ -154,6 +156,7 @@ mod tests {
             (DVec3::new(0.0, 0.0, 2.0), 5.0),
             (DVec3::new(0.0, 0.0, 9e3), 1.0),
             (DVec3::new(-0.9, -1.2, 1.2), 0.5),
+            (DVec3::new(0.8, 1.1, 0.4), 0.05),
         ]
         .map(|(center, radius)| CausticCaster { instance: 0, center, radius, is_rough: false, weight: 1.0 })
         .into()
@@ -179,9 +182,8 @@ mod tests {
     ) -> (GuidingCones<N>, Vec3xN<f32, N>) {
         let (mut aims, mut out) = (GuidingCones::default(), [[0.0; N]; 3]);
         dispatch_simd(SampleGuided {
-            casters: &some()[..4],
-            maps: thrown,
-            gaps: &some()[4..],
+            caustics: &Caustics { casters: some()[..4].to_vec(), maps: thrown.to_vec(), spots: some()[5..].to_vec() },
+            gaps: &some()[4..5],
             interactions: places,
             active: &active,
             random: &random,
@@ -249,6 +251,8 @@ mod tests {
             // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
             let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
             let (whole, balls) = shares.split_at(5);
+            let (&[spot], balls) = balls.split_first_chunk().unwrap();
+            assert!(spot > 0.0 && spot < 0.2, "{spot}");
             let most = if thrown.is_empty() { 0.2 } else { 0.3 * 0.2 };
             assert!((whole.iter().sum::<f32>() - most).abs() < 1e-6, "{whole:?}");
             assert_eq!(whole[2..4], [0.0, 0.0]);
@@ -256,7 +260,7 @@ mod tests {
             let thrown_at = balls.iter().sum::<f32>();
             assert_eq!(thrown_at > 0.0, !thrown.is_empty(), "{balls:?}");
             assert!(thrown_at <= 0.2 + 1e-6, "{balls:?}");
-            assert!((aims.cosine_weight[5] - (1.0 - most - thrown_at)).abs() < 1e-6);
+            assert!((aims.cosine_weight[5] - (1.0 - most - spot - thrown_at)).abs() < 1e-6);
         }
     }
 

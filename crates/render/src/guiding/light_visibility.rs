@@ -23,6 +23,7 @@ pub(crate) struct LightVisibility {
     /// Scene-local.
     lower: DVec3,
     size: f64,
+    cells_per_unit: f64,
     counts: UVec3,
     cells: Vec<AtomicU8>,
 }
@@ -37,7 +38,7 @@ impl LightVisibility {
         }
         let counts = (extent / size).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(MAX_CELLS_PER_SIDE));
         let cells = (0..counts.element_product()).map(|_| AtomicU8::new(UNKNOWN)).collect();
-        Some(Self { lower, size, counts, cells })
+        Some(Self { lower, size, cells_per_unit: 1.0 / size, counts, cells })
     }
 
     /// The same, all hidden.
@@ -54,7 +55,7 @@ impl LightVisibility {
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();
         // Points outside belong to the nearest cube.
-        let cell = ((position - self.lower) / self.size).floor().clamp(DVec3::ZERO, last).as_uvec3();
+        let cell = ((position - self.lower) * self.cells_per_unit).clamp(DVec3::ZERO, last).as_uvec3();
         let index = (cell.z * self.counts.y + cell.y) * self.counts.x + cell.x;
         let state = &self.cells[index as usize];
         let mut known = state.load(Ordering::Relaxed);

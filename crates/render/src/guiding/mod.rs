@@ -2,11 +2,12 @@
 //! sampling is rare where it finds nothing.
 //!
 //! [`caustic_casters`] finds the objects, [`caustic_map`] stores where photons left them, [`cones`] is the density of guided
-//! samples and [`sample_cones`] draws them. [`gaps`] finds the gaps. The photons come from the integrator's passes.
+//! samples and [`sample_cones`] draws them. [`caustic_spots`] finds where much light lands, [`gaps`] finds the gaps. The photons come from the integrator's passes.
 //! [`light_visibility`] remembers from where light is seen. This folder uses `interaction`, `prepare` and `lobes`.
 
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
+pub(crate) mod caustic_spots;
 pub(crate) mod cones;
 pub(crate) mod gaps;
 pub(crate) mod light_visibility;
@@ -42,7 +43,12 @@ pub(crate) struct Caustics {
     pub casters: Vec<CausticCaster>,
     /// The caustic map of each caster; none for a world within an exposure.
     pub maps: Vec<CausticMap>,
+    /// The spots that they light.
+    pub spots: Vec<CausticCaster>,
 }
+
+/// Nothing that samples are guided to.
+pub(crate) static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };
 
 impl Guiding {
     /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
@@ -70,14 +76,14 @@ impl Guiding {
         self.candidates.get_or_init(|| candidates)
     }
 
-    /// The casters and their maps; none before they were found.
-    pub fn casters(&self, geometry: &Geometry) -> (&[CausticCaster], &[CausticMap]) {
+    /// The casters, their maps and spots; none before they were found.
+    pub fn caustics(&self, geometry: &Geometry) -> &Caustics {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);
             let chosen = choose_casters(candidates, &vec![0.0; candidates.len().min(MAX_CANDIDATES)]);
             let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
-            let _ = self.caustics.set(Caustics { casters, maps: vec![] });
+            let _ = self.caustics.set(Caustics { casters, ..Caustics::default() });
         }
-        self.caustics.get().map_or((&[], &[]), |found| (&found.casters, &found.maps))
+        self.caustics.get().unwrap_or(&NO_CAUSTICS)
     }
 }

@@ -3,8 +3,9 @@
 use glam::Vec3;
 use raycam_bvh::WithSimd;
 
+use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
-use crate::guiding::caustic_map::{CausticMap, GuideTargets};
+use crate::guiding::caustic_map::GuideTargets;
 use crate::guiding::cones::GuidingCones;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
@@ -119,10 +120,8 @@ impl<const N: usize> GuidingCones<N> {
 
 /// Computes the cones, and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {
-    pub casters: &'a [CausticCaster],
-    /// One for each caster, or none.
-    pub maps: &'a [CausticMap],
-    /// Gaps that light passes, which are guided to as casters are.
+    pub caustics: &'a Caustics,
+    /// Gaps that light passes, which samples are guided to as to casters.
     pub gaps: &'a [CausticCaster],
     pub interactions: &'a SurfaceInteractions<N>,
     /// Lanes whose samples are guided.
@@ -135,28 +134,30 @@ pub(crate) struct SampleGuided<'a, const N: usize> {
 impl<const N: usize> WithSimd for SampleGuided<'_, N> {
     #[inline(always)]
     fn run(self) {
-        let Self { casters, maps, gaps, interactions, active, random, cones, out } = self;
-        let casters = &casters[..casters.len().min(MAX_CASTERS)];
-        cones.set_targets((casters, maps, gaps), interactions, active);
+        let Self { caustics, gaps, interactions, active, random, cones, out } = self;
+        cones.set_targets(caustics, gaps, interactions, active);
         cones.sample(interactions.shading_normals(), random, out);
     }
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Sets the cones to the casters, the gaps and the regions of the casters' maps, and the weights of all.
+    /// Sets the cones to the casters, the gaps, the spots and the regions of the casters' maps, and the weights of all.
     #[inline(always)]
     fn set_targets(
         &mut self,
-        (casters, maps, gaps): (&[CausticCaster], &[CausticMap], &[CausticCaster]),
+        Caustics { casters, maps, spots }: &Caustics,
+        gaps: &[CausticCaster],
         interactions: &SurfaceInteractions<N>,
         active: &[bool; N],
     ) {
+        let casters = &casters[..casters.len().min(MAX_CASTERS)];
         let mut max_casters = active.map(|active| if active { MAX_GUIDED_WEIGHT } else { 0.0 });
         let max_maps = active.map(|active| if active { MAX_MAP_WEIGHT } else { 0.0 });
+        let max_spots = max_casters;
         let (positions, normals) = (interactions.positions(), interactions.shading_normals());
-        let balls = casters.len() + gaps.len();
+        let (passages, balls) = (casters.len() + gaps.len(), casters.len() + gaps.len() + spots.len());
         self.count = balls;
-        for (k, caster) in casters.iter().chain(gaps).enumerate() {
+        for (k, caster) in casters.iter().chain(gaps).chain(spots).enumerate() {
             let mut directions = [[0.0; N]; 3];
             for lane in 0..N {
                 let direction = (caster.center - lane_dvec3(positions, lane)).as_vec3();
@@ -182,7 +183,8 @@ impl<const N: usize> GuidingCones<N> {
             }
         }
         self.cosine_weight = [1.0; N];
-        self.limit_weights(0..balls, &max_casters);
+        self.limit_weights(0..passages, &max_casters);
+        self.limit_weights(passages..balls, &max_spots);
         self.limit_weights(balls..self.count, &max_maps);
     }
 

@@ -68,10 +68,6 @@ pub(crate) fn gaps_of<'a>(world: &'a PreparedWorld, settings: &Settings) -> &'a 
 /// The gaps of a world that light passes; none where few photons go from surface to surface.
 pub(crate) fn trace_gaps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticCaster> {
     let geometry = &world.geometry;
-    let bounds = geometry.object_bounds.iter().copied().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
-    let Some(bounds) = bounds.map(|bounds| bounds.map(|corner| corner - geometry.origin)) else {
-        return vec![];
-    };
     let halves = [0, 1].map(|half| {
         let batches = (0..LINES / BATCH).into_par_iter().map(|batch| lit_hits(geometry, lights, half, batch));
         let lit = batches.collect::<Vec<_>>().concat();
@@ -83,7 +79,7 @@ pub(crate) fn trace_gaps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticC
         let segments = batches.map(|(batch, starts)| trace_photons(geometry, half, batch as u32, starts));
         segments.collect::<Vec<_>>().concat()
     });
-    find_gaps(halves.each_ref().map(Vec::as_slice), bounds)
+    find_gaps(halves.each_ref().map(Vec::as_slice), geometry.bounds())
 }
 
 /// Points where uniform lines cross surfaces, uniform in area, that light samples reach.

@@ -26,11 +26,7 @@ pub(crate) fn prepare_light_visibility(world: &PreparedWorld, settings: &Setting
         && !lights.has_infinite_samples()
         && lights.needs_choice(LightSampling::Importance);
     if is_worth && world.guiding.learns() {
-        let geometry = &world.geometry;
-        let bounds = geometry.object_bounds.iter().copied();
-        let all = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
-        let local = all.map(|bounds| bounds.map(|corner| corner - geometry.origin));
-        world.guiding.light_visibility.get_or_init(|| LightVisibility::new(local?));
+        world.guiding.light_visibility.get_or_init(|| LightVisibility::new(world.geometry.bounds()));
     }
 }
 

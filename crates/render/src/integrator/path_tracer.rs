@@ -6,8 +6,8 @@ use raycam_scene::{Alpha, Material};
 
 use crate::bsdf::BsdfSample;
 use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::light_visibility::LightVisibility;
+use crate::guiding::{Caustics, NO_CAUSTICS};
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::light_visibility::sees_light;
 use crate::integrator::nested_dielectrics::InteriorList;
@@ -150,9 +150,8 @@ pub(crate) struct PathTracer<'a> {
     pub settings: &'a PathSettings<'a>,
     pub samplers: &'a [Sampler],
     pub modes: PathModes<'a>,
-    /// Objects that samples of diffuse surfaces are guided to, and the caustic maps of those that have one.
-    pub caustic_casters: &'a [CausticCaster],
-    pub caustic_maps: &'a [CausticMap],
+    /// Objects that samples of diffuse surfaces are guided to, and what they light.
+    pub caustics: &'a Caustics,
     /// Gaps that light passes, which samples are guided to as well.
     pub gaps: &'a [CausticCaster],
     /// Parts of space with rare light sampling; `None` if there are none.
@@ -164,10 +163,7 @@ pub(crate) struct PathTracer<'a> {
 impl<'a> PathTracer<'a> {
     pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, batch: &CameraRayBatch<'a>) -> Self {
         let lights = settings.lights;
-        let (caustic_casters, caustic_maps): (&[_], &[_]) = match lights.can_cast_caustics() {
-            true => world.caustic_casters(),
-            false => (&[], &[]),
-        };
+        let caustics = if lights.can_cast_caustics() { world.caustics() } else { &NO_CAUSTICS };
         let modes = PathModes::new(&world.geometry, settings);
         let may_be_rare = modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
         Self {
@@ -176,8 +172,7 @@ impl<'a> PathTracer<'a> {
             settings,
             samplers: batch.samplers,
             modes,
-            caustic_casters,
-            caustic_maps,
+            caustics,
             gaps: batch.gaps,
             light_visibility: world.guiding.light_visibility.get().and_then(Option::as_ref).filter(|_| may_be_rare),
             bounce: 0,

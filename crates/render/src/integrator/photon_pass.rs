@@ -15,6 +15,7 @@ use crate::bsdf::{BsdfModel, BsdfSample};
 use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters};
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
+use crate::guiding::caustic_spots::find_spots;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
@@ -74,13 +75,16 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
     let batches: Vec<_> = chosen.iter().flat_map(|&(index, _)| firsts().map(move |first| (index, first))).collect();
     let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
     let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
-    let map = |&(index, ref caster): &(usize, CausticCaster)| {
-        let all = deposits.iter().flatten();
-        let own = all.filter(|(last, _)| *last == index);
-        CausticMap::new(caster, own.map(|(_, deposit)| *deposit))
-    };
-    let maps = chosen.iter().map(map).collect();
-    Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps }
+    let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
+    let maps = chosen.iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
+    let landed = chosen.iter().flat_map(|(index, caster)| {
+        // As in `thrown_fractions`.
+        let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
+        own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
+    });
+    let [lower, upper] = world.geometry.bounds();
+    let spots = find_spots(landed.collect(), (upper - lower).max_element());
+    Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
 }
 
 /// The world of a photon pass.
@@ -272,8 +276,8 @@ mod tests {
     /// The target of the ball's map for a point of the world: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
-        let (casters, maps) = world.caustic_casters();
-        let (thrown, CausticCaster { center, radius, .. }) = (&maps[0], casters[0]);
+        let caustics = world.caustics();
+        let (thrown, CausticCaster { center, radius, .. }) = (&caustics.maps[0], caustics.casters[0]);
         let [exit, _] = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (center + world.geometry.origin + left, f64::from(exit.radius) * radius)
@@ -292,9 +296,10 @@ mod tests {
                 normal = (normal + 0.5 * half.normalize()).normalize();
             }
             let (left, radius) = thrown_on(&world, at);
-            let off = left.distance(MIDDLE + 0.5 * normal);
-            assert!(0.0 < radius && radius < 0.25, "{at} {radius}");
-            assert!(off < radius, "{at} {off} {radius}");
+            let (distance, there) = (left.distance(at), MIDDLE + 0.5 * normal);
+            let off = ((left - at) / distance).distance((there - at).normalize());
+            assert!(0.0 < radius && radius < 0.25 * distance, "{at} {radius}");
+            assert!(off < radius / distance, "{at} {off} {radius}");
         }
     }
 
@@ -304,7 +309,7 @@ mod tests {
         let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
         let focus = MIDDLE + away * MIDDLE.z;
         let (left, radius) = thrown_on(&world, focus);
-        assert!(radius > 0.0 && (left - MIDDLE).dot(away) > 0.2, "{left} {radius}");
+        assert!(radius > 0.0 && (left - focus).normalize().dot(-away.normalize()) > 0.8, "{left} {radius}");
     }
 
     #[test]
@@ -321,6 +326,6 @@ mod tests {
             assert!(world.guiding.caustics.get().is_none());
         }
         build_caustic_maps(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.caustic_casters().1.len(), 1);
+        assert_eq!(world.caustics().maps.len(), 1);
     }
 }

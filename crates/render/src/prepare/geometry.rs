@@ -80,6 +80,12 @@ impl Extent {
 }
 
 impl Geometry {
+    /// The bounds of all objects, scene-local; without a size if there are none.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let all = self.object_bounds.iter().copied().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+        all.map_or([DVec3::ZERO; 2], |bounds| bounds.map(|corner| corner - self.origin))
+    }
+
     /// Places meshes, one for each object, with the materials and textures of the world. It shares the scenes of the
     /// geometry `before` where nothing has moved, and has the quickest to build where something has.
     ///

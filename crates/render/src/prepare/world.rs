@@ -8,9 +8,8 @@ use raycam_scene::{Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::Guiding;
 use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::{Caustics, Guiding};
 use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
 use crate::prepare::family::SharedParts;
 use crate::prepare::geometry::{Extent, Geometry, MAX_ORIGIN_RADII, world_bounds};
@@ -137,9 +136,9 @@ impl PreparedWorld {
         self.guiding.candidates(&self.geometry)
     }
 
-    /// The casters and their maps; none before they were found.
-    pub(crate) fn caustic_casters(&self) -> (&[CausticCaster], &[CausticMap]) {
-        self.guiding.casters(&self.geometry)
+    /// The casters, their maps and spots; none before they were found.
+    pub(crate) fn caustics(&self) -> &Caustics {
+        self.guiding.caustics(&self.geometry)
     }
 
     /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.

@@ -9,6 +9,7 @@ use crate::bsdf::BsdfModel;
 use crate::bsdf::batch::diffuse::DiffuseModel;
 use crate::bsdf::batch::{BsdfBatch, LaneContext, LaneRandoms};
 use crate::control::Control;
+use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::sample_cones::SampleGuided;
 use crate::interaction::batch::SurfaceInteractions;
@@ -59,8 +60,7 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
         });
         let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
         dispatch_simd(SampleGuided {
-            casters: &casters,
-            maps: &[],
+            caustics: &Caustics { casters: casters.into(), ..Caustics::default() },
             gaps: &[],
             interactions: &interactions,
             active: &[true; LANES],

@@ -219,11 +219,10 @@ impl HitBatch {
             return;
         }
         diffuse.model.guiding.clear();
-        let has_targets = !(tracer.caustic_casters.is_empty() && tracer.gaps.is_empty());
+        let has_targets = !(tracer.caustics.casters.is_empty() && tracer.gaps.is_empty());
         if has_targets && self.may_guide != [false; LANES] {
             dispatch_simd(SampleGuided {
-                casters: tracer.caustic_casters,
-                maps: tracer.caustic_maps,
+                caustics: tracer.caustics,
                 gaps: tracer.gaps,
                 interactions: &self.interactions,
                 active: &self.may_guide,
