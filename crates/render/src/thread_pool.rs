@@ -86,8 +86,10 @@ pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
 const WORK_PER_THREAD: f64 = 0.2e6;
 /// Time after which a call gives way to others that wait for the same threads: a small picture beside a long one.
 const TURN: Duration = Duration::from_millis(10);
-/// Calls that may stand still on one thread, whose stack holds them.
+/// Calls that may stand still on one thread, whose stack holds them: a call within a part takes up to 400 KiB.
 const MOST_WAITING: u32 = 8;
+/// Stack of a thread; pages that are not touched take no memory.
+const STACK_BYTES: usize = 8 << 20;
 
 impl Workers {
     /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use), and
@@ -216,8 +218,12 @@ fn on_own_pool<T: Send>(f: impl FnOnce() -> T + Send) -> std::thread::Result<T> 
         return Ok(f());
     }
     let threads = rayon::current_num_threads();
-    let run = || rayon::ThreadPoolBuilder::new().num_threads(threads).build().map(|pool| pool.install(f));
+    let run = || pool_builder(threads).build().map(|pool| pool.install(f));
     std::thread::scope(|scope| scope.spawn(run).join())?.map_err(|error| Box::new(error.to_string()) as _)
+}
+
+fn pool_builder(threads: usize) -> rayon::ThreadPoolBuilder {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES)
 }
 
 /// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.
@@ -248,8 +254,7 @@ fn pool(threads: usize) -> Result<Arc<SharedPool>, RenderError> {
         }
     }
     // Built outside the lock, which is therefore held briefly: a fork finds it free.
-    let built = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+    let built = pool_builder(threads)
         .thread_name(|i| format!("raycam {i}"))
         .build()
         .map_err(|e| RenderError::Threads { threads, message: e.to_string() })?;
@@ -267,6 +272,16 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     use super::*;
+
+    #[test]
+    fn stacks_hold_the_calls_that_wait() {
+        fn wait(calls: u32) -> u8 {
+            let frame = std::hint::black_box([1_u8; 400 << 10]);
+            if calls == 0 { frame[0] } else { wait(calls - 1) + frame[1] }
+        }
+        assert_eq!(with_pool(Some(1), || wait(MOST_WAITING)).unwrap(), 9);
+        assert_eq!(with_pool(Some(1), || on_own_pool(|| wait(MOST_WAITING)).unwrap()).unwrap(), 9);
+    }
 
     #[test]
     fn little_work_does_not_wait_for_much() {

@@ -94,7 +94,9 @@ impl CausticMap {
     /// The map of a caster's photons.
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
         let photons: Vec<_> = deposits.map(|deposit| MapPhoton::new(caster, &deposit)).collect();
-        let [mut first, mut second] = [[GuideTarget::default(); CELL_COUNT]; 2].map(Box::new);
+        // On the heap from the start: stacks of workers are small.
+        let none = || vec![GuideTarget::default(); CELL_COUNT].try_into().expect("one for each cell");
+        let (mut first, mut second): (CellTargets, CellTargets) = (none(), none());
         let mut size = 1;
         while size <= COARSEST_SIDE {
             let block = |cell: usize| {

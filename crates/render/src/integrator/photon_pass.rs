@@ -76,7 +76,7 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
     let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
     let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
     let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
-    let maps = chosen.iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
+    let maps = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
     let landed = chosen.iter().flat_map(|(index, caster)| {
         // As in `thrown_fractions`.
         let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
