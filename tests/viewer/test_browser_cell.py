@@ -22,6 +22,8 @@ from raycam.viewer.widget import RELAY, Views, cell_page
 from support.chromium import Tab, chromium
 from support.patience import PATIENCE
 
+pytestmark = pytest.mark.proof
+
 SANDBOX = "allow-same-origin allow-pointer-lock allow-scripts allow-downloads"
 ALLOW = "cross-origin-isolated; autoplay; local-network-access; clipboard-read; clipboard-write;"
 SOURCE = "'self' https://*.vscode-cdn.net"
