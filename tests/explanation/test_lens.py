@@ -48,14 +48,23 @@ def test_undistorted_points_are_those_of_opencv(name: str) -> None:
         assert np.allclose(steps.back, pixel, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", [*LENSES, "parallel"])
-def test_what_is_explained_is_what_is_rendered(name: str) -> None:
+def rolling(camera: raycam.Camera) -> raycam.Camera:
+    """The camera as it moves and turns while its lines are read one after another."""
+    end = raycam.Camera.look_at([3.6, -3.3, 2.3], [0.1, 0.2, 0], size=SIZE, focal=55)
+    return camera.moving(camera.at_pose(end.R, end.location), exposure=0.01, readout=0.05)
+
+
+@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize("name", ["pinhole", *LENSES, "parallel"])
+def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
     world = made_world()
     camera = (
         raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=SIZE, height=4)
         if name == "parallel"
-        else camera_with(**LENSES[name])
+        else camera_with(**LENSES.get(name, {}))
     )
+    if moves:
+        camera = rolling(camera)
     frame = raycam.render(
         world, camera, samples=1, channels=["depth", "distance", "instance", "triangle"], integrator="flat"
     )

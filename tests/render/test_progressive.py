@@ -68,22 +68,47 @@ def test_worlds_without_textures_keep_their_first_samples(camera: raycam.Camera,
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
 @pytest.mark.parametrize("texture", [None, np.full((4, 4, 3), 128, np.uint8)], ids=["plain", "textured"])
-def test_no_sample_of_a_world_without_textures_is_taken_twice(
-    camera: raycam.Camera, integrator: Any, texture: Any
-) -> None:
-    # Samples that clamp cuts are counted as they are taken, those that are thrown away too.
+def test_the_notice_of_clamp_is_that_of_render(camera: raycam.Camera, integrator: Any, texture: Any) -> None:
+    # With a texture the first samples are thrown away twice: they count no longer.
     world = raycam.World()
     world.add_object(box={"size": 1}, **({"color": "#808080"} if texture is None else {"texture": texture}))
     world.add_light("sky", radiance=1)
     picture = raycam.Progressive(world, camera, integrator=integrator, clamp=0.05, channels="color")
-    taken, needed = [], []
-    for count in (2, 2, 12, 16):
+    counts = set()
+    for count in (1, 1, 2, 12, 16):
         picture.add(count)
         frame = raycam.render(world, camera, integrator=integrator, clamp=0.05, samples=picture.samples)
-        for notices, counts in ((picture.frame().notices, taken), (frame.notices, needed)):
-            (notice,) = (each for each in notices if "clamp" in each)
-            counts.append(int(notice.split()[0]))
-    assert (taken == needed) == (texture is None)
+        notices = picture.frame().notices
+        assert notices == picture.frame().notices == frame.notices
+        counts |= {int(notice.split()[0]) for notice in notices if "clamp" in notice}
+    assert len(counts) == 5
+
+
+def test_the_notice_of_clamp_knows_nothing_of_cancelled_samples(
+    world: raycam.World, camera: raycam.Camera
+) -> None:
+    options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}
+    picture = raycam.Progressive(world, camera, **options)
+    picture.add(17)
+    cancel = raycam.Cancel()
+    watch = threading.Timer(0.02, cancel.cancel)
+    watch.start()
+    with pytest.raises(raycam.Cancelled):
+        picture.add(1 << 14, cancel=cancel)
+    watch.join()
+    until = max(picture.samples, 17) + 3
+    picture.add(until - picture.samples)
+    assert picture.frame().notices == raycam.render(world, camera, samples=until, **options).notices
+
+
+@pytest.mark.parametrize("time_limit", [0.05, 0.5])
+def test_the_notice_of_clamp_is_that_of_its_samples_with_a_time_limit(
+    world: raycam.World, camera: raycam.Camera, time_limit: float
+) -> None:
+    options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}
+    first, *notices = raycam.render(world, camera, time_limit=time_limit, **options).notices
+    again = raycam.render(world, camera, samples=int(first.split()[0]), **options)
+    assert notices == again.notices
 
 
 def test_the_error_is_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:

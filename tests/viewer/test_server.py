@@ -7,12 +7,14 @@ import io
 import json
 import os
 import random
+import re
 import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import raycam
@@ -389,6 +391,35 @@ def test_pixels_are_explained_and_cameras_copied(client: Client, small_world: ra
     names: dict[str, Any] = {"raycam": raycam}
     exec(client.hear("copied")[0]["text"], names)
     assert names["camera"] == camera
+
+
+def test_cameras_are_copied_for_opencv_and_colmap(
+    client: Client, small_world: raycam.World, tmp_path: Path
+) -> None:
+    camera = small_world.camera("front")
+    client.say("copy", format="opencv")
+    (tmp_path / "camera.yaml").write_text(client.hear("copied")[0]["text"])
+    stored = cv2.FileStorage(str(tmp_path / "camera.yaml"), cv2.FILE_STORAGE_READ)
+    for name, expected in (("camera_matrix", camera.K), ("R", camera.R)):
+        np.testing.assert_array_equal(stored.getNode(name).mat(), expected)
+    client.say("copy", format="colmap")
+    _, cameras, images = re.split(r"# (?:cameras|images)\.txt\n", client.hear("copied")[0]["text"])
+    folder = tmp_path / "colmap"
+    folder.mkdir()
+    (folder / "cameras.txt").write_text(cameras)
+    (folder / "images.txt").write_text(images)
+    (back,) = raycam.load_cameras(folder).values()
+    np.testing.assert_allclose(back.R, camera.R, atol=1e-12)
+    np.testing.assert_allclose(back.location, camera.location, atol=1e-12)
+    np.testing.assert_allclose(back.K[:2, :2], camera.K[:2, :2])
+    np.testing.assert_allclose(back.K[:2, 2], camera.K[:2, 2] + 0.5)  # COLMAP counts from the corner
+
+
+def test_a_camera_that_a_format_does_not_hold_is_said(client: Client, server: Server) -> None:
+    (session,) = server.sessions.values()
+    session.given = session.given.replace(distortion=[], model="equirectangular")
+    client.say("copy", format="colmap")
+    assert "equirectangular" in client.hear("error")[0]["text"]
 
 
 def test_snapshots_are_the_frame(client: Client, small_world: raycam.World) -> None:

@@ -148,3 +148,8 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
         assert "<html" in page_at(url[0])
         made.send_signal(2)
         assert made.wait(PATIENCE) == cli.STOPPED
+
+
+def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:
+    with raycam.view(small_world, size=(30, 20), block=False, browser=False, port=0) as viewer:
+        assert viewer.camera == small_world.default_camera().resized((30, 20))

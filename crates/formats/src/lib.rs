@@ -48,5 +48,5 @@ pub use crate::registry::{decode, decode_model, extensions, load, load_from_memo
 pub use budget::Budget;
 pub use error::{FormatError, Location, Result, broken_link};
 pub use gltf::write as write_gltf;
-pub use image::{ColorUse, decode_image, read_image};
+pub use image::{ColorUse, ExrChannel, decode_image, read_exr, read_image};
 pub use io::stand_in::check as check_stand_in;

@@ -17,7 +17,6 @@ use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
-use crate::tile_renderer::stats::RenderStats;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Samples of the first rounds of [`Progressive::add_for`].
@@ -37,7 +36,6 @@ pub struct Progressive {
     region: [u32; 4],
     /// From the middle outwards.
     tiles: Vec<Mutex<ProgressiveTile>>,
-    stats: RenderStats,
 }
 
 /// Tile and its samples.
@@ -84,7 +82,7 @@ impl Progressive {
         });
         let empty = |tile| Mutex::new(ProgressiveTile { tile, samples: 0, estimator: PixelEstimator::default() });
         let tiles = tiles.into_iter().map(empty).collect();
-        Ok(Self { world, prepared, camera, settings, region, tiles, stats: RenderStats::default() })
+        Ok(Self { world, prepared, camera, settings, region, tiles })
     }
 
     /// Rectangle of the picture that is rendered: x, y, width, height.
@@ -162,15 +160,13 @@ impl Progressive {
         });
         // Each thread does one tile at least, so that a short time is progress too.
         let begun = AtomicUsize::new(0);
-        let added = workers.for_each_dynamic(&tiles, |scratch: &mut ThreadScratch, one| {
+        workers.for_each_dynamic(&tiles, |scratch: &mut ThreadScratch, one| {
             let is_first = begun.fetch_add(1, Ordering::Relaxed) < workers.count();
             match end {
                 Some(end) if !is_first && Instant::now() >= end => Ok(()),
                 _ => one.lock().unwrap_or_else(PoisonError::into_inner).add(&renderer, scratch, control),
             }
-        });
-        self.stats.add(&renderer.stats);
-        added?;
+        })?;
         self.prepared
             .geometry
             .texture_cache
@@ -205,8 +201,7 @@ impl Progressive {
         })?;
         let lit = self.channels().iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
         let mut notices = if lit { settings.integrator.notices(&self.prepared) } else { vec![] };
-        let [_, _, width, height] = self.region;
-        self.stats.notices(&settings, u64::from(width) * u64::from(height), &mut notices);
+        renderer.notices(self.region, &mut notices);
         Ok(notices)
     }
 }

@@ -211,12 +211,6 @@ impl Camera {
         self.inner.pixel_center().offset()
     }
 
-    /// True if it is a pinhole, whose matrix says all.
-    #[wasm_bindgen(getter, js_name = isPinhole)]
-    pub fn is_pinhole(&self) -> bool {
-        self.inner.lens().coefficients().is_none() && self.inner.c().is_finite()
-    }
-
     /// Roll, pitch and yaw in degrees, in a world with z or y up.
     #[wasm_bindgen(js_name = rollPitchYaw)]
     pub fn roll_pitch_yaw(&self, z_up: bool) -> Vec<f64> {
@@ -227,6 +221,26 @@ impl Camera {
     pub fn ray(&self, u: f64, v: f64) -> Vec<f64> {
         let (origin, direction) = self.inner.ray(DVec2::new(u, v));
         [origin.to_array(), direction.to_array()].as_flattened().into()
+    }
+
+    /// The ray at pixel coordinates as JSON: `origin` and unit `direction` (null without a ray), `R` in the middle of the
+    /// exposure of the pixel's line, `back`, where a point of the ray is seen, `model` and `coefficients` of the lens,
+    /// and names of what `further` the camera has.
+    #[wasm_bindgen(js_name = lensRay)]
+    pub fn lens_ray(&self, u: f64, v: f64) -> String {
+        let (camera, pixel) = (&self.inner, DVec2::new(u, v));
+        let (origin, direction) = camera.ray(pixel);
+        let (model, coefficients) = camera.lens().coefficients().map_or(("pinhole", &[][..]), |(m, n)| (m.name(), n));
+        json!({
+            "model": if camera.c().is_finite() { model } else { "parallel" },
+            "coefficients": coefficients,
+            "origin": origin.to_array(),
+            "direction": direction.to_array(),
+            "R": camera.rotation_at(pixel).transpose().to_cols_array(),
+            "back": camera.project(origin + direction).0.to_array(),
+            "further": camera.further_properties().collect::<Vec<_>>(),
+        })
+        .to_string()
     }
 
     /// The same camera at another pose: R row by row, and C.

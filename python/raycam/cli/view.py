@@ -13,7 +13,7 @@ from ._options import Command, add_camera, load_world, print_notice, view
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", metavar="WORLD|FRAME", help="a world, or a frame saved as .npz")
+    command.add_argument("world", metavar="WORLD|FRAME", help="a world, or a frame saved as .npz or .exr")
     command.add_argument(
         "compare", metavar="FRAME", nargs="?", help="a second frame, to compare with the first"
     )
@@ -61,11 +61,13 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    if Path(options.world).suffix.lower() == ".npz":
+    from ..viewer.saved_frames import is_frame
+
+    if is_frame(options.world):
         _show_frames(options)
     elif options.compare is not None:
         raise SettingsError(
-            f"{options.compare}: two frames are compared, saved as .npz; {options.world} is a world"
+            f"{options.compare}: two frames are compared, saved as .npz or .exr; {options.world} is a world"
         )
     else:
         _view_world(options)
@@ -140,6 +142,6 @@ COMMAND = Command(
     [
         "raycam view room.toml",
         "raycam view fox.glb --animation Run --at 0.5 --channel depth",
-        "raycam view before.npz after.npz",
+        "raycam view before.npz after.exr",
     ],
 )

@@ -22,7 +22,7 @@ from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
 from . import figure, text
 from .all_triangles import Tried, tried
-from .lens import LensSteps, lens_steps
+from .lens import LensSteps, at_line, lens_steps
 from .light_path import LightPath, light_path
 from .lighting import Lighting, lighting
 from .scene_figure import light_figure, tree_figure
@@ -216,7 +216,8 @@ def explain(
     `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
 
     Cameras may have a lens or parallel rays: the ray is then explained from the pixel through the undistortion to the
-    direction in the world. A moving camera is explained at the middle of its motion.
+    direction in the world. A moving camera is explained where it is in the middle of the exposure of the pixel's line,
+    as ground truth is; the world stands still.
 
     Raises SettingsError for a pixel outside the picture, CameraError for one outside of the image of a lens.
     """
@@ -225,8 +226,9 @@ def explain(
     if pixel is None:
         raise SettingsError("pixel is missing: (column, row), whole numbers from (0, 0) at the top left")
     world = world_of(world)
-    camera = camera_of(world, camera).still()
+    camera = camera_of(world, camera)
     column, row = pixel_of(camera, pixel)
+    camera = at_line(camera, column, row)
     is_plain = camera.model == "pinhole" and not camera.is_parallel
     lens = None if is_plain else lens_steps(camera, column, row)
     matrix = camera.P if lens is None else lens.P

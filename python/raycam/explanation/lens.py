@@ -12,7 +12,7 @@ from ..errors import CameraError
 from ..reference.units import Floats
 from .digits import number, vector
 
-__all__ = ["LensSteps", "lens_section", "lens_steps"]
+__all__ = ["LensSteps", "at_line", "lens_section", "lens_steps"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,18 @@ class LensSteps:
     """The pixel [2] to which the camera projects a point of the ray, for comparison."""
     P: Floats
     """The camera matrix [3, 4] of a pinhole with this origin, this `K`, and this ray through the pixel."""
+
+
+def at_line(camera: Camera, column: int, row: int) -> Camera:
+    """The camera at rest where it is in the middle of the exposure of the pixel's line; itself, if it does not move."""
+    if camera.shutter is None:
+        return camera
+    pixel = np.array([column, row]) + camera.corner + 0.5
+    still = camera.still()
+    rotation = camera._core.rotations(pixel[None])[0]
+    # The ray starts at the centre, or with parallel rays beside it.
+    beside = still.R @ (still.rays(pixel)[0] - still.location)
+    return still.at_pose(rotation, camera.rays(pixel)[0] - rotation.T @ beside)
 
 
 def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:

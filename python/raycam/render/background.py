@@ -183,10 +183,10 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
 def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[str]]:
     """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
     try:
-        pixels, notices = _core.read_picture(path)
+        pixels, notices = _core.read_picture(path, False)
     except FormatError as fault:
         raise FormatError(f"{fault}; expected a PNG or JPEG picture as a background") from None
-    return pixels, list(notices)
+    return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
 
 def _linear(array: npt.NDArray[Any]) -> Colors:

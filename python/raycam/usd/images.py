@@ -148,7 +148,7 @@ def _pixels(file: Path) -> Any:
     """The numbers float32 [height, width, 4], in 0..1, of an image of integers."""
     if file.suffix in (".exr", ".hdr"):
         raise UsdRejected("it has floats, which raycam changes no images of")
-    return _core.read_image_numbers(file)
+    return _core.read_picture(file, True)[0]
 
 
 def _integers(numbers: Any) -> Any:

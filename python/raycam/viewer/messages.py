@@ -148,7 +148,7 @@ MESSAGES: dict[str, dict[str, Check]] = {
         "data": _base64,
     },
     "open": {"name": _text(100)},
-    "copy": {"format": _one_of("python", "toml", "command")},
+    "copy": {"format": _one_of("python", "toml", "command", "opencv", "colmap")},
     "ack": {"picture": _seq},
     "visible": {"visible": _flag},
 }

@@ -38,7 +38,8 @@ class Page(str):
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
         return (
-            f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts allow-downloads" title="raycam frame" '
+            f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts allow-downloads" '
+            'allow="clipboard-write" title="raycam frame" '
             f'style="width: 100%; height: {NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
         )
 

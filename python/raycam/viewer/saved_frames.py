@@ -1,23 +1,58 @@
-"""Frames read back from .npz files, to be looked at and compared."""
+"""Frames read back from .npz and .exr files, to be looked at and compared."""
 
 from __future__ import annotations
 
 import json
 import os
+import struct
 import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from .. import _core
 from ..camera import Camera
-from ..errors import FormatError
+from ..errors import CameraError, FormatError
 from ..render.frame import CHANNELS, Frame
 
-__all__ = ["load_frame"]
+__all__ = ["ENDINGS", "is_frame", "load_frame"]
+
+Planes = dict[str, npt.NDArray[Any]]
+
+MOST_HEADER = 16 << 20
+"""Bytes of a header that are read at most."""
+
+TOGETHER = ("RGB", "rgb", "XYZ", "xyz", "UV", "uv", "XY")
+"""Last letters of channels of an EXR file that are one plane, if all of them are there."""
+
+
+def is_frame(path: str | os.PathLike[str]) -> bool:
+    """True for the ending of a file of a frame."""
+    return Path(path).suffix.lower() in ENDINGS
 
 
 def load_frame(path: str | os.PathLike[str]) -> Frame:
-    """The frame that `Frame.save` wrote to an .npz file. Raises `FormatError` for other files, and `OSError`."""
+    """The frame that `Frame.save` wrote to an .npz or .exr file, or what another program's .exr file of one part has.
+
+    Channels of other programs keep their names: those of a layer that belong together are one, as `beauty.RGB` of
+    `beauty.R`, `beauty.G` and `beauty.B`. R, G and B without a layer are `color`, A is `alpha`. Floats of .exr files
+    are float32 [h, w] or [h, w, n], whole numbers int32, or float64 where they are larger. The frame's region is the
+    data window.
+
+    Raises `FormatError` for other files, and `OSError`.
+    """
+    try:
+        return ENDINGS[Path(path).suffix.lower()](path)
+    except KeyError:
+        raise FormatError(
+            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}"
+        ) from None
+
+
+def _load_npz(path: str | os.PathLike[str]) -> Frame:
     try:
         with open(path, "rb") as file:
             if not zipfile.is_zipfile(file):
@@ -35,5 +70,126 @@ def load_frame(path: str | os.PathLike[str]) -> Frame:
     for name, array in channels.items():
         if array.shape[:2] != (rows, columns) or array.dtype != CHANNELS[name][0]:
             raise FormatError(f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}")
-    camera = Camera.from_dict(json.loads(str(arrays["camera"]))) if "camera" in arrays else None
+    camera = _camera(path, str(arrays["camera"])) if "camera" in arrays else None
     return Frame(channels, camera=camera, size=(width, height), region=(x, y, columns, rows))
+
+
+def _load_exr(path: str | os.PathLike[str]) -> Frame:
+    channels = _core.read_exr(path)
+    try:
+        windows, notes = _header(path)
+    except (ValueError, KeyError, struct.error):
+        raise FormatError(f"{os.fspath(path)}: its header cannot be read: save the file anew") from None
+    size, region, notices = _places(path, windows, notes)
+    planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
+    notices += [
+        f"{name}: float32, as the file holds it"
+        for name, array in planes.items()
+        if name in CHANNELS and CHANNELS[name][0] != array.dtype
+    ]
+    camera = _camera(path, notes["raycam.camera"]) if "raycam.camera" in notes else None
+    return Frame(planes, camera=camera, size=size, region=region, notices=notices)
+
+
+ENDINGS: dict[str, Callable[[str | os.PathLike[str]], Frame]] = {".npz": _load_npz, ".exr": _load_exr}
+"""The readers of frames by the endings of their files."""
+
+
+def _camera(path: str | os.PathLike[str], text: str) -> Camera:
+    try:
+        return Camera.from_dict(json.loads(text))
+    except (ValueError, TypeError, CameraError) as fault:
+        raise FormatError(f"{os.fspath(path)}: its camera cannot be read: {fault}") from None
+
+
+def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, str]]:
+    """The windows of data and display as x, y, columns and rows, and the texts by name, of a file that is whole.
+
+    After the magic number and the version there are attributes: name, 0, type, 0, length, value; a 0 ends them.
+    """
+    with open(path, "rb") as file:
+        data = file.read(MOST_HEADER)
+    windows: dict[str, list[int]] = {}
+    texts: dict[str, str] = {}
+    at = 8
+    while data[at : at + 1] not in (b"", b"\0"):
+        name_end = data.index(b"\0", at)
+        kind_end = data.index(b"\0", name_end + 1)
+        name, kind = data[at:name_end].decode(errors="replace"), data[name_end + 1 : kind_end]
+        (length,) = struct.unpack_from("<i", data, kind_end + 1)
+        at = kind_end + 5 + length
+        value = data[kind_end + 5 : at]
+        if kind == b"box2i":
+            left, top, right, bottom = struct.unpack("<4i", value)
+            windows[name] = [left, top, right - left + 1, bottom - top + 1]
+        elif kind == b"string":
+            texts[name] = value.decode(errors="replace")
+    return [windows["dataWindow"], windows["displayWindow"]], texts
+
+
+def _places(
+    path: str | os.PathLike[str], windows: list[list[int]], notes: Mapping[str, str]
+) -> tuple[tuple[int, int], tuple[int, int, int, int], list[str]]:
+    """Size and region of the frame, by raycam's own words or by the windows of the file, and notices."""
+    (left, top, columns, rows), (x, y, width, height) = windows
+    region, size = (left - x, top - y, columns, rows), (width, height)
+    if "raycam.region" in notes and "raycam.size" in notes:
+        try:
+            own_x, own_y, *_ = region = tuple(map(int, notes["raycam.region"].split()))  # type: ignore[assignment]
+            width, height = size = tuple(map(int, notes["raycam.size"].split()))  # type: ignore[assignment]
+            left, top = own_x + x, own_y + y
+        except ValueError:
+            region = (0, 0, 0, 0)
+        if region[2:] != (columns, rows):
+            raise FormatError(
+                f"{os.fspath(path)}: its header has raycam.region {notes['raycam.region']!r} and raycam.size "
+                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels"
+            )
+    is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows
+    if is_within:
+        return size, region, []
+    notice = (
+        "the data window leaves the display window: pixels are counted from the corner of the data window"
+    )
+    return (columns, rows), (0, 0, columns, rows), [notice]
+
+
+def _numbers(name: str, whole: bool, bits: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
+    """The samples of a channel: float32, int32, or float64 for whole numbers that int32 does not hold."""
+    if not whole:
+        return bits.view(np.float32)
+    is_id = name.endswith(".id")  # of raycam: -1 is 4294967295
+    return bits.view(np.int32) if is_id or bits.max() < 1 << 31 else bits.astype(np.float64)
+
+
+def _planes(channels: Mapping[str, npt.NDArray[Any]]) -> Planes:
+    """Planes of the channels of a file: those that belong together in one, under raycam's names where they fit."""
+    layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
+    for name, array in channels.items():
+        layer, _, letters = name.rpartition(".")
+        layers.setdefault(layer, {})[letters] = array
+    planes: Planes = {}
+    for layer, parts in layers.items():
+        named: Planes = {}
+        for letters in TOGETHER:
+            together = [parts.get(letter) for letter in letters]
+            if all(part is not None and part.dtype == np.float32 for part in together):
+                named[letters] = np.stack([parts.pop(letter) for letter in letters], axis=2)
+        named |= parts
+        for letters, array in named.items():
+            own = layer or {"RGB": "color", "A": "alpha"}.get(letters, letters)
+            planes[own if _fits(own, array) and own not in planes else _joined(layer, letters)] = array
+    first = [name for name in CHANNELS if name in planes]
+    return {name: planes[name] for name in [*first, *(name for name in planes if name not in first)]}
+
+
+def _joined(layer: str, letters: str) -> str:
+    return f"{layer}.{letters}" if layer else letters
+
+
+def _fits(name: str, array: npt.NDArray[Any]) -> bool:
+    """True if the array is that of the channel of this name, but for the digits of floats."""
+    if name not in CHANNELS:
+        return False
+    dtype, components = CHANNELS[name]
+    return array.dtype.kind == dtype.kind and array.shape[2:] == ((components,) if components > 1 else ())

@@ -29,6 +29,7 @@ from .files.uploads import Uploads
 from .pace import Pace
 from .probe import point_at
 from .scene import navigation
+from .scene.copies import FILES, written
 from .scene.edits import Edits
 from .scene.overlay import frusta, polylines
 from .scene.selection import Selection
@@ -493,10 +494,15 @@ class Session:
     # Answers -----------------------------------------------------------------------------------------------
 
     def copied(self, format: str) -> str:
-        """The camera as text, with all digits."""
+        """The camera as text, with all digits. Raises `FormatError` where the format does not hold it."""
         description = self.given.to_dict()
         if format == "command":
             return self._command(description)
+        if format in FILES:
+            text, notices = written(self.given, format)
+            for notice in notices:
+                self.send_message({"type": "notice", "text": notice})
+            return text
         if format == "python":
             return f"camera = raycam.Camera.from_dict({description!r}, up={self.given.up!r})"
         lines = [f"{key} = {json.dumps(value)}" for key, value in description.items()]

@@ -17,6 +17,7 @@ from ..camera import Camera
 from ..errors import SettingsError
 from ..render.frame import Frame
 from ..world import World
+from .saved_frames import is_frame, load_frame
 from .scene.edits import Edits
 from .server import Server
 from .session import DEFAULT_SAMPLES, Session
@@ -191,6 +192,7 @@ def view(
     what: World | Frame | str | os.PathLike[str],
     camera: Camera | None = None,
     *,
+    size: tuple[int, int] | None = None,
     browser: bool | None = None,
     block: bool | None = None,
     cell: bool | None = None,
@@ -198,14 +200,15 @@ def view(
 ) -> Any:
     """Shows a world live in the browser or a cell: moved with the mouse, with the real light and the real lens.
 
-    `what` is a world, the path of one, or a frame, whose page is shown as `Frame.show` does. `camera` is looked
-    through first (default: the world's first). `integrator` ("direct" or "path") and `samples` are those of the still
-    picture; `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`.
-    `edit=False` is for looking alone, `follow=True` for clients that share one camera, as in teaching. With
-    `allow_open=True`, worlds that are dropped on the page are opened there, from a private folder. `source` is the file
-    that the world came from, beside which a world file of the changed world may be saved. `start` is what is seen
-    first, or some of it: {"time": 1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1,
-    "view": "agx"}. Raises `SettingsError` for what there is not.
+    `what` is a world or a frame, or the path of one; the page of a frame (.npz, .exr) is shown as `Frame.show` does,
+    with its options. `camera` is looked through first (default: the world's first), in pictures of `size` (width,
+    height) where that is given. `integrator` ("direct" or "path") and `samples` are those of the still picture;
+    `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`. `edit=False` is for
+    looking alone, `follow=True` for clients that share one camera, as in teaching. With `allow_open=True`, worlds that
+    are dropped on the page are opened there, from a private folder. `source` is the file that the world came from,
+    beside which a world file of the changed world may be saved. `start` is what is seen first, or some of it:
+    {"time": 1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}. Raises
+    `SettingsError` for what there is not.
 
     In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
     `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
@@ -215,12 +218,16 @@ def view(
     """
     if isinstance(what, Frame):
         return what.show(**options)
+    if not isinstance(what, World) and is_frame(what):
+        return load_frame(what).show(**{"title": Path(what).name, **options})
     if not isinstance(what, World):
         from ..world.load import load
 
         options.setdefault("title", Path(what).name)
         options.setdefault("source", what)
         what = load(what)
+    if size is not None:
+        camera = (what.default_camera() if camera is None else camera).resized(size)
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)

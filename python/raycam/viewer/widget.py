@@ -30,6 +30,7 @@ export default {
     const view = Math.random().toString(36).slice(2);
     const frame = document.createElement("iframe");
     frame.setAttribute("sandbox", "allow-scripts allow-downloads");
+    frame.setAttribute("allow", "clipboard-write");
     frame.title = "raycam";
     const size = `display: block; box-sizing: border-box; width: 100%; height: ${model.get("height")}px;`;
     frame.style.cssText = `${size} border: 1px solid #8888; border-radius: 6px`;

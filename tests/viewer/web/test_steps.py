@@ -8,19 +8,35 @@ import re
 import numpy as np
 import pytest
 import raycam
+from raycam import _core
+from raycam.explanation import lens
 from raycam.viewer.scene import navigation
-from support.node_core import needs_node, run
+from support.node_core import needs_core, needs_node, run, run_core
 
 pytestmark = needs_node
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d+)?")
 
 
 def asked(world: raycam.World, camera: raycam.Camera, pixel: tuple[int, int]) -> str:
+    offset = 0 if camera.pixel_center == "integer" else 0.5
+    center = np.add(pixel, offset)
+    origin, direction = camera.rays(center)
+    ray = {
+        "model": "parallel" if camera.is_parallel else camera.model,
+        "coefficients": [] if camera.distortion is None else camera.distortion.tolist(),
+        "origin": origin.tolist(),
+        "direction": [value if np.isfinite(value) else None for value in direction.tolist()],
+        "R": lens.at_line(camera, *pixel).R.ravel().tolist(),
+        "back": camera.project(origin + direction)[0].tolist()
+        if np.isfinite(direction).all()
+        else [None] * 2,
+    }
     return json.dumps(
         {
-            "P": camera.P.ravel().tolist(),
+            "K": camera.K.ravel().tolist(),
+            "lensRay": ray,
             "size": list(camera.size),
-            "offset": 0 if camera.pixel_center == "integer" else 0.5,
+            "offset": offset,
             "column": pixel[0],
             "row": pixel[1],
             "names": [each.name for each in world.objects],
@@ -31,10 +47,25 @@ def asked(world: raycam.World, camera: raycam.Camera, pixel: tuple[int, int]) ->
     )
 
 
+FRONT = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=40)
+LENSES = {
+    "pinhole": FRONT,
+    "side": raycam.Camera.look_at([-4, -3, 2], [0, 0, 0], size=(48, 32), fov=40, pixel_center="half"),
+    "opencv": FRONT.replace(distortion=[-0.2, 0.05, 0.01, -0.02], model="opencv"),
+    "fisheye": FRONT.replace(distortion=[0.1, 0, 0, 0], model="fisheye").with_aperture(0.05, focus=4.0),
+    "panorama": FRONT.replace(distortion=[], model="equirectangular"),
+    "parallel": raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], height=3, size=(48, 32)),
+    "rolling": FRONT.moving(FRONT.at_pose(FRONT.R, [3.5, -3.2, 2.2]), exposure=0.01, readout=0.05),
+    "rolling fisheye": FRONT.replace(distortion=[0.1, 0, 0, 0], model="fisheye").moving(
+        FRONT.at_pose(FRONT.R, [3.5, -3.2, 2.2]), exposure=0.01, readout=0.05
+    ),
+}
+
+
 @pytest.mark.parametrize("pixel", [(24, 16), (20, 20), (5, 28), (40, 1), (47, 31)])
-@pytest.mark.parametrize("name", ["front", "side"])
+@pytest.mark.parametrize("name", LENSES)
 def test_text_is_that_of_raycam(small_world: raycam.World, name: str, pixel: tuple[int, int]) -> None:
-    camera = small_world.camera(name)
+    camera = LENSES[name]
     found = run(f"return explanationText({asked(small_world, camera, pixel)});").splitlines()
     expected = str(raycam.explain(small_world, camera, pixel)).splitlines()
     assert [NUMBER.sub("#", line).split() for line in found] == [
@@ -43,6 +74,40 @@ def test_text_is_that_of_raycam(small_world: raycam.World, name: str, pixel: tup
     for mine, theirs in zip(found, expected, strict=True):
         values = [[float(number) for number in NUMBER.findall(line)] for line in (mine, theirs)]
         np.testing.assert_allclose(values[0], values[1], rtol=2e-5, atol=1e-9, err_msg=mine)
+
+
+@needs_core
+def test_the_core_tells_the_ray_of_any_lens(small_world: raycam.World) -> None:
+    world = raycam.World()
+    for name, camera in LENSES.items():
+        world.add_camera(camera, name)
+    pixels = [(24, 16), (5, 28), (40, 1)]
+    asks = [
+        (name, json.loads(asked(small_world, LENSES[name], pixel))) for name in LENSES for pixel in pixels
+    ]
+    centers = [[ask["column"] + ask["offset"], ask["row"] + ask["offset"]] for _, ask in asks]
+    found = run_core(
+        "const world = core.World.unpack(worlds.cameras);"
+        f"return {json.dumps([[name, *at] for (name, _), at in zip(asks, centers, strict=True)])}"
+        ".map(([name, u, v]) => JSON.parse(world.camera(name, 48, 32).lensRay(u, v)));",
+        {"cameras": bytes(_core.world_to_bytes(world._core))},
+    )
+    for ray, (name, ask) in zip(found, asks, strict=True):
+        further = ray.pop("further")
+        assert further == {"fisheye": ["aperture"]}.get(name, ["shutter"] if "rolling" in name else [])
+        expected = ask["lensRay"]
+        assert ray.pop("model") == expected.pop("model")
+        for key, values in expected.items():
+            np.testing.assert_allclose(ray[key], values, rtol=1e-12, atol=1e-12, err_msg=f"{name} {key}")
+
+
+def test_a_pixel_outside_of_the_image_of_a_lens_says_so(small_world: raycam.World) -> None:
+    camera = FRONT.replace(distortion=[-0.8, 0, 0, 0], model="opencv")
+    with pytest.raises(raycam.CameraError, match="has no ray"):
+        raycam.explain(small_world, camera, (0, 0))
+    text = asked(small_world, camera, (0, 0))
+    said = run(f"try {{ explanationText({text}); }} catch (error) {{ return error.message; }}")
+    assert "outside of the image of the lens (opencv)" in said
 
 
 def test_numbers_are_as_c_prints_them() -> None:

@@ -6,7 +6,7 @@ use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
-use raycam_formats::{Budget, ColorUse, FormatError, read_image};
+use raycam_formats::{Budget, ColorUse, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
 
@@ -32,31 +32,28 @@ pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<
     array(py, linear, bytes.shape())
 }
 
-/// Linear float32 [height, width, 3] of an image file, and the notices of its reader.
+/// float32 [height, width, 4] of an image file, and the notices of its reader: linear colours, or with `data` its
+/// numbers, those of integers in 0..1, without any decoding.
 #[pyfunction]
-pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, Vec<String>)> {
-    let read = || -> Result<_, FormatError> {
-        let (image, notices) = read_image(&path, ColorUse::Color, &Budget::default())?;
-        let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i).into_iter().take(3));
-        let shape = [image.size[1] as usize, image.size[0] as usize, 3];
-        Ok((pixels.collect::<Vec<_>>(), shape, notices))
-    };
-    let (pixels, shape, notices) = detached(py, read)?;
-    Ok((array(py, pixels, &shape)?, notices))
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResult<(NewArray<'_, f32>, Vec<String>)> {
+    let color_use = if data { ColorUse::Data } else { ColorUse::Color };
+    let (image, notices) = detached(py, || read_image(&path, color_use, &Budget::default()))?;
+    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
+    Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices))
+}
+
+/// Name and array of each channel of an EXR file of one part: uint32 [height, width] with True, or the bits of float32.
+#[pyfunction]
+pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, bool, NewArray<'_, u32>)>> {
+    let ([columns, rows], channels) = detached(py, || raycam_formats::read_exr(&path, &Budget::default()))?;
+    let shape = [rows as usize, columns as usize];
+    channels.into_iter().map(|(name, is_whole, bits)| Ok((name, is_whole, array(py, bits, &shape)?))).collect()
 }
 
 /// Refuses bytes that stand for the file at a path: a Git LFS pointer, a page of HTML, none.
 #[pyfunction]
 pub(crate) fn check_stand_in(path: PathBuf, data: &[u8]) -> PyResult<()> {
     raycam_formats::check_stand_in(&path, data).or_raise()
-}
-
-/// float32 [height, width, 4] of an image file's numbers, those of integers in 0..1, without any decoding.
-#[pyfunction]
-pub(crate) fn read_image_numbers(py: Python<'_>, path: PathBuf) -> ArrayResult<'_, f32> {
-    let (image, _) = detached(py, || read_image(&path, ColorUse::Data, &Budget::default()))?;
-    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
-    array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])
 }
 
 /// Linear float32 of linear float32 [..., 3] times `scale` as a view shows them, of the same shape.

@@ -1,31 +1,73 @@
-//! OpenEXR in: the first part that has colours, or is grey.
+//! OpenEXR in: the first part that has colours, or is grey; and all channels of a file of one part.
 
 use std::io::Cursor;
+use std::path::Path;
 
 use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
 use ::exr::block::reader::ChunksReader;
+use ::exr::image::{AnyChannel, FlatSamples};
 use ::exr::meta::header::Header;
-use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use raycam_scene::Image;
 
+use crate::budget::Budget;
 use crate::error::{FormatError, Result};
-use crate::image::decoder::Decoder;
+use crate::image::decoder::{ColorUse, Decoder, MAX_UNBACKED_BYTES};
+use crate::io::catch_panic::catch_decoder_panic;
+use crate::io::{AssetRoot, stand_in};
+
+/// A channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
+pub type ExrChannel = (String, bool, Vec<u32>);
+
+/// Every channel of an EXR file of one part at its largest level, row by row from the top, and their columns and rows.
+///
+/// # Errors
+/// Those of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.
+pub fn read_exr(path: &Path, budget: &Budget) -> Result<([u32; 2], Vec<ExrChannel>)> {
+    let source = AssetRoot::containing(path, budget).read(path)?;
+    stand_in::check(path, &source.bytes)?;
+    let (bytes, budget, notices) = (&source.bytes[..], &mut { *budget }, &mut Vec::new());
+    let (color_use, trusted) = (ColorUse::Data, MAX_UNBACKED_BYTES);
+    catch_decoder_panic(path, || one_part(&mut Decoder { bytes, path, color_use, trusted, budget, notices }))
+}
+
+fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
+    let headers = headers(file)?;
+    let [part] = &headers[..] else {
+        let message =
+            format!("an EXR file of {} parts, expected one: save each part as a file of its own", headers.len());
+        return Err(file.unsupported(message));
+    };
+    if part.deep {
+        return Err(file.unsupported("an EXR image of deep samples, expected flat ones: flatten it first"));
+    }
+    if let Some(channel) = part.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
+        let message =
+            format!("channel {} has not every pixel, expected R, G and B: save it without chroma", channel.name);
+        return Err(file.unsupported(message));
+    }
+    let size = take_part(file, part, 0)?;
+    let unpacked = part.layer_size.area() * part.channels.list.len() * size_of::<u32>();
+    file.budget.take_bytes(file.path, unpacked as u64)?;
+    let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image = reader.non_parallel().from_buffered(Cursor::new(file.bytes)).map_err(|e| decoder_error(file, e))?;
+    let channels = image.layer_data.channel_data.list.into_iter();
+    let channels = channels.map(|AnyChannel { name, sample_data, .. }| match sample_data {
+        FlatSamples::F16(samples) => (name.to_string(), false, samples.iter().map(|v| v.to_f32().to_bits()).collect()),
+        FlatSamples::F32(samples) => (name.to_string(), false, samples.into_iter().map(f32::to_bits).collect()),
+        FlatSamples::U32(samples) => (name.to_string(), true, samples),
+    });
+    Ok((size, channels.collect()))
+}
 
 /// The largest level of the first part that has colours, or is grey; alpha from A, else 1.
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
-    let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
-    let headers = headers.map_err(|e| decoder_error(file, e))?.headers;
+    let headers = headers(file)?;
     let (part, grey) = shown_part(file, &headers)?;
     let index = headers.iter().position(|header| std::ptr::eq(header, part));
-    let index = index.unwrap_or_default();
-    let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
-    let size = [side(part.layer_size.0), side(part.layer_size.1)];
-    // Channels that are not shown are unpacked too.
-    let texel = part.channels.bytes_per_pixel.max(16) as u64;
-    let whole = file.take_pixels(size, texel)?;
-    check_blocks(file, part, index, whole)?;
+    let size = take_part(file, part, index.unwrap_or_default())?;
     if part.shared_attributes.chromaticities.is_some_and(other_primaries) {
         file.notice("its primaries are not those of Rec. 709: read as if they were");
     }
@@ -38,6 +80,22 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let texels = texels.map_err(|e| decoder_error(file, e))?;
     let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
+}
+
+fn headers(file: &Decoder<'_>) -> Result<Headers> {
+    let meta = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
+    meta.map(|meta| meta.headers).map_err(|e| decoder_error(file, e))
+}
+
+/// The size of a part, whose pixels are taken from the budget and whose blocks are checked.
+fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32; 2]> {
+    let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+    let size = [side(part.layer_size.0), side(part.layer_size.1)];
+    // Channels that are not shown are unpacked too.
+    let texel = part.channels.bytes_per_pixel.max(16) as u64;
+    let whole = file.take_pixels(size, texel)?;
+    check_blocks(file, part, index, whole)?;
+    Ok(size)
 }
 
 /// The first part with channels R, G and B, or else the first that is grey and the name of its channel: Y, or the only

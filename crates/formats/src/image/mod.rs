@@ -26,6 +26,7 @@ use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, file_kind, stand_in};
 
 pub use crate::image::decoder::ColorUse;
+pub use crate::image::exr::{ExrChannel, read_exr};
 
 /// A kind of image.
 struct ImageFormat {

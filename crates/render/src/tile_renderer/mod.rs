@@ -370,7 +370,7 @@ impl<'a> TileRenderer<'a> {
         let mut last = None;
         for (&(pixel, sample), &mut radiance) in lists.batch.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-                self.stats.reject();
+                estimator.rejected += 1;
                 continue;
             }
             let gain = match last {
@@ -383,7 +383,7 @@ impl<'a> TileRenderer<'a> {
             last = Some((pixel, gain));
             let brightest = radiance.max_element();
             if brightest > limit {
-                self.stats.clamp();
+                estimator.clamped += 1;
                 estimator.add_radiance(pixel, sample, radiance * (gain * limit / brightest));
             } else {
                 estimator.add_radiance(pixel, sample, radiance * gain);

@@ -25,8 +25,9 @@ pub(crate) enum TileTask {
 }
 
 impl TileRenderer<'_> {
-    /// Writes a tile's pixels to the film.
-    pub fn resolve(&self, tile: &Tile, scratch: &ThreadScratch, film: &Film) {
+    /// Writes a tile's pixels to the film, and takes over its counts.
+    pub fn resolve(&self, tile: &Tile, scratch: &mut ThreadScratch, film: &Film) {
+        self.stats.take_counts(&mut scratch.estimator);
         let estimator = &scratch.estimator;
         let mut rotations = vec![];
         if self.camera.motion().is_some() {
@@ -139,7 +140,7 @@ impl TileRenderer<'_> {
         let film = Film::new(pixel, planes.iter_mut().map(OutputPlane::zeroed))?;
         for tile in Tile::tiles_of(pixel) {
             self.collect_pixels(&tile, &mut scratch);
-            self.resolve(&tile, &scratch, &film);
+            self.resolve(&tile, &mut scratch, &film);
         }
         drop(film);
         Some(planes)

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::film::estimator::PixelEstimator;
 use crate::settings::Settings;
 
 /// Counters of a render, updated by all threads.
@@ -17,19 +18,10 @@ pub(crate) struct RenderStats {
 }
 
 impl RenderStats {
-    pub fn reject(&self) {
-        self.rejected.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub fn clamp(&self) {
-        self.clamped.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Adds the counts of another render.
-    pub fn add(&self, other: &Self) {
-        for (mine, theirs) in [(&self.rejected, &other.rejected), (&self.clamped, &other.clamped)] {
-            mine.fetch_add(theirs.load(Ordering::Relaxed), Ordering::Relaxed);
-        }
+    /// Takes over the counts of a tile.
+    pub fn take_counts(&self, tile: &mut PixelEstimator) {
+        self.rejected.fetch_add(std::mem::take(&mut tile.rejected), Ordering::Relaxed);
+        self.clamped.fetch_add(std::mem::take(&mut tile.clamped), Ordering::Relaxed);
     }
 
     /// Adds the samples of some pixels, and the number of pixels above the noise target.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
-use raycam_render::{Channel, Frame, Integrator, Settings};
+use raycam_render::{Channel, Control, Frame, Integrator, Progressive, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
 use raycam_scene::{Camera, Texture, World};
@@ -24,17 +24,15 @@ fn scene() -> (World, Camera) {
     (still_life(), camera)
 }
 
-/// The still life on a floor with an image of fine squares.
-fn checkered() -> World {
-    let mut world = still_life();
+/// Adds a floor with an image of fine squares.
+fn add_squares(world: &mut World) {
     let texels = (0..64 * 64).map(|i| if (i % 64 + i / 64) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect();
     let image = Image { name: "squares".into(), size: [64, 64], texels: Texels::Srgb8(texels) };
     let texture = world.add_texture(Texture { image: Arc::new(image), sampler: TextureSampler::default() });
     let mut stuff = material([1.0; 3], 1.0, 0.0, 1.0);
     stuff.texture = Some(TextureSlot::plain(texture));
     let floor = primitive::plane([9.0, 9.0]).unwrap();
-    add(&mut world, floor, stuff, DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.01)));
-    world
+    add(world, floor, stuff, DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.01)));
 }
 
 fn luminance(frame: &Frame) -> Vec<f64> {
@@ -45,21 +43,37 @@ fn luminance(frame: &Frame) -> Vec<f64> {
     f32s(frame, Channel::Color).chunks(3).map(weigh).collect()
 }
 
-#[test]
-fn the_error_is_as_large_as_the_picture_is_off() {
-    let (world, camera) = scene();
-    let exact = luminance(&render(&world, &camera, &settings(4096)));
+/// The estimated error over what four pictures are off, in the root mean square.
+fn said_over_off(world: &World, camera: &Camera, exact: &Settings, of: &Settings) -> f64 {
+    let exact = luminance(&render(world, camera, exact));
     let (mut off, mut said) = (0.0, 0.0);
     for seed in 1..5 {
-        let frame = render(&world, &camera, &Settings { seed, ..settings(64) });
+        let frame = render(world, camera, &Settings { seed, ..of.clone() });
         let errors = f32s(&frame, Channel::Error);
         for ((found, exact), error) in luminance(&frame).iter().zip(&exact).zip(errors) {
             off += (found - exact).powi(2);
             said += f64::from(*error).powi(2);
         }
     }
-    let ratio = (said / off).sqrt();
+    (said / off).sqrt()
+}
+
+#[test]
+fn the_error_is_as_large_as_the_picture_is_off() {
+    let (world, camera) = scene();
+    let ratio = said_over_off(&world, &camera, &settings(4096), &settings(64));
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn the_error_is_that_of_the_mean() {
+    // The edge of an unlit plane: of each pixel a part is white, and nothing else is random.
+    let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 70.0, [48, 32]);
+    let flat = |samples| Settings { integrator: Integrator::Flat, ..settings(samples) };
+    for samples in [16, 50, 256] {
+        let ratio = said_over_off(&plane(9.0, 1.0), &camera, &flat(1 << 14), &flat(samples));
+        assert!((0.85..1.15).contains(&ratio), "{samples}: {ratio}");
+    }
 }
 
 #[test]
@@ -90,7 +104,9 @@ fn a_picture_that_ends_by_the_clock_can_be_made_again() {
     // Texture filter (below 16 samples), scene (flattened from some number of samples on) and the single ray through
     // the centre depend on the number of samples.
     let (still, camera) = scene();
-    for world in [still, checkered()] {
+    let mut checkered = still.clone();
+    add_squares(&mut checkered);
+    for world in [still, checkered] {
         let start = std::time::Instant::now();
         render(&world, &camera, &settings(2));
         let each = start.elapsed().as_secs_f64() / 2.0;
@@ -110,4 +126,22 @@ fn one_sample_says_nothing_of_its_error() {
     let (world, camera) = scene();
     let frame = render(&world, &camera, &settings(1));
     assert!(f32s(&frame, Channel::Error).iter().all(|error| *error == f32::INFINITY));
+}
+
+#[test]
+fn slices_take_no_sample_twice_where_nothing_has_a_texture() {
+    // Units of work are samples of tiles. Textures are filtered otherwise below 16 samples, which are thrown away.
+    let (mut textured, (_, camera)) = (World::default(), scene());
+    add_squares(&mut textured);
+    for (world, is_once) in [(plane(9.0, 0.5), true), (textured, false)] {
+        let settings = Settings { channels: vec![Channel::Color], threads: Some(1), ..settings(32) };
+        let (world, prepared) = (Arc::new(world.clone()), Arc::new(prepare(&world)));
+        let done = |slices: &[u32]| {
+            let mut picture = Progressive::new(world.clone(), prepared.clone(), &camera, settings.clone()).unwrap();
+            let control = Control::new();
+            slices.iter().for_each(|&until| picture.add(until, None, &control).unwrap());
+            control.done()
+        };
+        assert_eq!(done(&[2, 4, 16, 32]) == done(&[32]), is_once);
+    }
 }

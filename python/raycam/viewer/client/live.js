@@ -52,7 +52,7 @@ export class LiveView {
     for (const format of ["png", "html", "npz"]) {
       byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
     }
-    for (const format of ["python", "toml", "command"]) {
+    for (const format of ["python", "toml", "command", "opencv", "colmap"]) {
       byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
     }
     byId("film", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "film", seconds: 4, degrees: 360 }));

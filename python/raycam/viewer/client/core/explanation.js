@@ -1,24 +1,27 @@
 // The explanation of a pixel as text: the lecture's formulas, each followed by its numbers, as raycam.explain prints them.
 
-import { rangesOf, stepsOf } from "./steps.js";
+import { matrixAt, rangesOf, rayOfPixel, rayThroughLens, stepsOf } from "./steps.js";
 
 const EDGES = [["v1", "a"], ["v2", "b"], ["v3", "c"]];
 
 /** A number with six significant digits, as C's %g. @param {number} value */
-export function general(value) {
+export const general = (value) => digitsOf(value, 6);
+
+/** The same with so many digits. @param {number} value @param {number} count */
+function digitsOf(value, count) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
   if (value === 0) return "0";
-  const [digits, power] = value.toExponential(5).split("e");
+  const [digits, power] = value.toExponential(count - 1).split("e");
   const exponent = Number(power);
   const trimmed = (/** @type {string} */ text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
-  if (exponent >= -4 && exponent < 6) return trimmed(value.toFixed(5 - exponent));
+  if (exponent >= -4 && exponent < count) return trimmed(value.toFixed(count - 1 - exponent));
   return `${trimmed(digits)}e${exponent < 0 ? "-" : "+"}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
 
-/** A vector as (x, y, z); components that are only rounding noise become 0. @param {number[]} values */
-export function vectorText(values) {
+/** A vector as (x, y, z); components that are only rounding noise become 0. @param {number[]} values @param {number} [count] */
+export function vectorText(values, count = 6) {
   const noise = 1e-14 * Math.max(...values.map(Math.abs));
-  return `(${values.map((value) => general(Math.abs(value) < noise ? 0 : value)).join(", ")})`;
+  return `(${values.map((value) => digitsOf(Math.abs(value) < noise ? 0 : value, count)).join(", ")})`;
 }
 
 /** @param {number[]} P row by row */
@@ -32,14 +35,20 @@ function matrixLines(P) {
 const byteOf = (linear) => Math.round(255 * Math.min(Math.max(linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055, 0), 1));
 
 /**
- * The text of all steps.
- * @param {{ P: number[], size: number[], offset: number, column: number, row: number, names: string[],
- *   corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
+ * The text of all steps. Throws where the lens has no image.
+ * @param {{ K: number[], lensRay: import("./steps.js").LensRay, size: number[], offset: number, column: number, row: number,
+ *   names: string[], corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
  * @returns {string}
  */
-export function explanationText({ P, size, offset, column, row, names, corners, ids, colors }) {
-  const steps = stepsOf(P, column + offset, row + offset, corners);
-  const { ray, counts, candidates, winner } = steps;
+export function explanationText({ K, lensRay, size, offset, column, row, names, corners, ids, colors }) {
+  const { model, direction } = lensRay;
+  const isPinhole = model === "pinhole";
+  if (!direction.every(Number.isFinite)) throw new Error(`Pixel (${column}, ${row}) has no ray: it lies outside of the image of the lens (${model}).`);
+  const [u, v] = [column + offset, row + offset];
+  const P = matrixAt(K, lensRay);
+  const ray = isPinhole ? rayOfPixel(P, u, v) : rayThroughLens(K, u, v, lensRay);
+  const steps = stepsOf(ray, corners);
+  const { counts, candidates, winner } = steps;
   const name = (/** @type {import("./steps.js").Candidate} */ { index }) =>
     `triangle ${ids[2 * index + 1]} of object ${ids[2 * index]} "${names[ids[2 * index]]}"`;
   const lines = [
@@ -47,7 +56,7 @@ export function explanationText({ P, size, offset, column, row, names, corners, 
     "",
     "Vectors are (x, y, z); · is the dot product, x between vectors the cross product.",
     "6 digits are printed, 16 were used: by hand, the last printed digits may differ.",
-    ...rayLines(P, ray),
+    ...("lens" in ray ? lensLines(ray) : rayLines(P, ray)),
     "",
     `2. FOR EACH TRIANGLE (${steps.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE`,
     "",
@@ -86,7 +95,7 @@ export function explanationText({ P, size, offset, column, row, names, corners, 
       `   The smallest t            ${general(winner.t)}, ${name(winner)}`,
       `   Its colour                ${vectorText(color)}, linear RGB; as sRGB bytes ${color.map(byteOf).join(", ")}`,
       `   distance = t |r|          ${general(distance)}, from C to f(t)`,
-      `   depth = t (v·r)           ${general(depth)}, along the principal axis`,
+      `   depth = t (v·r)           ${general(depth)}, along the principal axis${isPinhole ? "" : ` v = ${vectorText(ray.forward)}`}`,
     );
   }
   return lines.join("\n");
@@ -122,6 +131,35 @@ function rayLines(P, ray) {
       ? `   Positive, X' is in front:     r = X' - C = ${vectorText(ray.r)}`
       : `   Negative, X' is behind:       r = C - X' = ${vectorText(ray.r)}`,
     "   The ray is f(t) = C + t r, and t > 0 is in front of the camera.",
+  ];
+}
+
+/** The same of a camera that no matrix describes. @param {import("./steps.js").BentRay} ray */
+function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, coefficients, back } }) {
+  const isParallel = model === "parallel";
+  const angle = (Math.acos(Math.max(-1, Math.min(1, inCamera[2]))) * 180) / Math.PI;
+  const bent = [
+    `1. THE RAY OF THE PIXEL, THROUGH THE LENS (${model})`,
+    "",
+    "   A lens bends rays, so that no camera matrix P has them. Each step is taken back instead:",
+    "   from the pixel to the distorted point, to the direction without the lens, to the world.",
+  ];
+  const steps = [
+    `   m' = K⁻¹ x                    ${vectorText(imagePoint)}, the distorted point of the image plane`,
+    `   coefficients                  ${coefficients.map(general).join(", ")}`,
+    ...(undistorted ? [`   m, whose distortion is m'     ${vectorText(undistorted)}, the point without the lens, at z = 1`] : []),
+    `   d, its direction              ${vectorText(inCamera)}, ${general(angle)} degrees off the axis`,
+  ];
+  return [
+    "",
+    ...(isParallel ? ["1. THE RAY OF THE PIXEL: ALL RAYS OF THIS CAMERA ARE PARALLEL"] : bent),
+    "",
+    `   x  = (u, v, 1)                ${vectorText(x)}, the centre of the pixel`,
+    ...(isParallel ? [`   d                             ${vectorText(inCamera)}, the same for every pixel`] : steps),
+    `   r  = Rᵀ d                     ${vectorText(r)}, in the world, of length 1`,
+    `   C                             ${vectorText(C)}, ${isParallel ? "the start of the ray, beside the camera" : "the camera centre"}`,
+    `   projected again, C + r is at  ${vectorText(back, 9)}: the same pixel`,
+    "   The ray is f(t) = C + t r, and t, the distance, is greater than 0 in front of the camera.",
   ];
 }
 

@@ -18,7 +18,7 @@ export const rowOf = (matrix, i) => matrix.slice(3 * i, 3 * i + 3);
 export const apply = (matrix, vector) => [0, 1, 2].map((i) => dot(rowOf(matrix, i), vector));
 
 /** @param {number[]} a @param {number[]} b */
-function product(a, b) {
+export function product(a, b) {
   return [0, 1, 2].flatMap((i) => [0, 1, 2].map((j) => a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j]));
 }
 

@@ -306,16 +306,25 @@ export class Session {
   /** @param {Message} message */
   explain({ u, v }) {
     const { camera } = this;
-    if (!camera.isPinhole) return this.say({ type: "notice", text: "This page explains pixels of pinhole cameras, and this one has a lens: raycam view and raycam explain do both." });
     this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
-    const text = explanationText({ P: [...camera.P], size: [...camera.size], offset: camera.offset, column: u, row: v, names: this.about.objects, ...this.triangles });
-    this.say({ type: "explained", column: u, row: v, text, svg: "" });
+    const { offset } = camera;
+    const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
+    try {
+      const text = explanationText({ K: [...camera.K], lensRay, size: [...camera.size], offset, column: u, row: v, names: this.about.objects, ...this.triangles });
+      this.say({ type: "explained", column: u, row: v, text, svg: "" });
+    } catch (error) {
+      this.say({ type: "notice", text: /** @type {Error} */ (error).message });
+    }
   }
 
   copied() {
     const { K, R, C, size, offset } = this.given;
+    const { model, coefficients, further } = JSON.parse(this.given.lensRay(0, 0));
+    if (model === "parallel") further.push("parallel rays");
+    if (further.length) this.say({ type: "notice", text: `Copied without what this page cannot write: ${further.join(", ")}. raycam view copies all.` });
+    const lens = coefficients.length || !["pinhole", "parallel"].includes(model) ? `, distortion=[${coefficients.join(", ")}], model="${model}"` : "";
     const rows = (/** @type {Float64Array} */ m) => `[[${[0, 1, 2].map((i) => rowOf([...m], i).join(", ")).join("], [")}]]`;
-    return `camera = raycam.Camera(${rows(K)}, ${rows(R)}, [${[...C].join(", ")}], (${[...size].join(", ")}), pixel_center="${offset ? "half" : "integer"}", up="${this.about.up}")`;
+    return `camera = raycam.Camera(${rows(K)}, ${rows(R)}, [${[...C].join(", ")}], (${[...size].join(", ")}), pixel_center="${offset ? "half" : "integer"}", up="${this.about.up}"${lens})`;
   }
 
   /** @param {string} format */

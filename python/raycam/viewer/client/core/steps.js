@@ -1,7 +1,7 @@
 // The steps of the lecture for one pixel, in float64: the numbers that raycam.explain has, by the same formulas.
 // Source: Nicholas Dwork, Making Virtual Worlds (Computer Graphics Lecture 1).
 
-import { apply, dot, lengthOf, minus, plusTimes, rowOf } from "./navigation.js";
+import { apply, dot, lengthOf, minus, plusTimes, product, rowOf } from "./navigation.js";
 
 const ROUNDING = 2 ** -47; // relative error that counts as rounding
 
@@ -69,10 +69,48 @@ export function rayOfPixel(P, u, v) {
 /** @typedef {ReturnType<typeof rayOfPixel>} PixelRay */
 
 /**
+ * @typedef {object} LensRay what the core says of a camera and a pixel
+ * @property {string} model of the lens; "parallel" for parallel rays
+ * @property {number[]} coefficients
+ * @property {number[]} origin
+ * @property {number[]} direction of unit length
+ * @property {number[]} R row by row, at the moment of the pixel's line
+ * @property {number[]} back the pixel where a point of the ray is seen
+ * @property {string[]} further names of what else the camera has
+ */
+
+/**
+ * The camera matrix of a pinhole at the moment of a pixel's line, row by row.
+ * @param {number[]} K row by row
+ * @param {LensRay} ray
+ */
+export function matrixAt(K, { R, origin }) {
+  const M = product(K, R);
+  return [0, 1, 2].flatMap((i) => [...rowOf(M, i), -dot(rowOf(M, i), origin)]);
+}
+
+/**
+ * Steps 1 and 2 of a pixel that no camera matrix describes.
+ * @param {number[]} K row by row
+ * @param {number} u
+ * @param {number} v
+ * @param {LensRay} lens
+ */
+export function rayThroughLens(K, u, v, lens) {
+  const imagePoint = solved(K, [u, v, 1]).slice(0, 2);
+  const inCamera = apply(lens.R, lens.direction);
+  const undistorted = inCamera[2] > 0 ? inCamera.slice(0, 2).map((value) => value / inCamera[2]) : null;
+  return { x: [u, v, 1], C: lens.origin, r: lens.direction, forward: rowOf(lens.R, 2), imagePoint, undistorted, inCamera, lens };
+}
+
+/** @typedef {ReturnType<typeof rayThroughLens>} BentRay */
+/** @typedef {{ C: number[], r: number[], forward: number[] }} Ray */
+
+/**
  * Steps 3 and 4 for one triangle: its plane, and inside or outside.
  * @param {ArrayLike<number>} corners nine numbers for each triangle
  * @param {number} index
- * @param {PixelRay} ray
+ * @param {Ray} ray
  * @returns {Candidate}
  */
 export function triangleSteps(corners, index, { C, r }) {
@@ -108,14 +146,11 @@ export function triangleSteps(corners, index, { C, r }) {
 }
 
 /**
- * All steps: the ray, how many triangles end where, the nearest hits and the narrowest misses, and the winner.
- * @param {number[]} P
- * @param {number} u
- * @param {number} v
+ * Steps 3 and 4: how many triangles end where, the nearest hits and the narrowest misses, and the winner.
+ * @param {Ray} ray
  * @param {ArrayLike<number>} corners
  */
-export function stepsOf(P, u, v, corners) {
-  const ray = rayOfPixel(P, u, v);
+export function stepsOf(ray, corners) {
   const counts = { withoutArea: 0, parallel: 0, behind: 0, outside: 0, inside: 0 };
   /** @type {Candidate[]} */
   let hits = [];
@@ -136,7 +171,7 @@ export function stepsOf(P, u, v, corners) {
   }
   const shown = [...hits, ...misses.slice(0, hits.length ? 1 : 2).map(([, found]) => found)];
   shown.sort((p, q) => p.t - q.t || p.index - q.index);
-  return { ray, counts, triangles: corners.length / 9, candidates: shown, winner: hits[0] || null };
+  return { counts, triangles: corners.length / 9, candidates: shown, winner: hits[0] || null };
 }
 
 /** The distance of f from the middle of a triangle, in sizes of the triangle. @param {Candidate} found */
@@ -145,7 +180,7 @@ function missOf({ corners: [a, b, c], f }) {
   return lengthOf(minus(f, middle)) / Math.max(...[a, b, c].map((corner) => lengthOf(minus(corner, middle))));
 }
 
-/** Depth along the principal axis and distance from C to the hit. @param {PixelRay} ray @param {number} t */
+/** Depth along the principal axis and distance from C to the hit. @param {Ray} ray @param {number} t */
 export function rangesOf({ r, forward }, t) {
   return { distance: t * lengthOf(r), depth: t * dot(r, forward) };
 }

@@ -42,6 +42,7 @@ const STYLES = {
 export function styleOf({ name, dtype, components }) {
   if (Object.hasOwn(STYLES, name)) return STYLES[name];
   if (dtype === "int32") return { kind: "ids" };
+  if (/\.rgb$/i.test(name)) return { kind: "light" }; // a layer of another program's EXR file
   return { kind: components === 2 ? "flow" : components === 3 ? "place" : "scalar" };
 }
 

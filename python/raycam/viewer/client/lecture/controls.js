@@ -31,7 +31,7 @@ export class Controls {
   constructor(numbers, onChange) {
     this.numbers = numbers;
     this.onChange = onChange;
-    /** @type {(() => void)[]} what shows the numbers */
+    /** @type {((except: HTMLElement | undefined) => void)[]} what shows the numbers */
     this.shows = [];
     for (const slider of CAMERA) this.addSlider(byId("camera-sliders", HTMLElement), slider);
     for (const slider of LIGHT) this.addSlider(byId("light-sliders", HTMLElement), slider);
@@ -102,6 +102,6 @@ export class Controls {
 
   /** Shows all numbers, except in the input that they came from. @param {HTMLElement} [except] */
   show(except) {
-    for (const show of this.shows) /** @type {any} */ (show)(except);
+    for (const show of this.shows) show(except);
   }
 }

@@ -175,7 +175,8 @@ class Lecture {
     const [u, v] = this.numbers.pixel;
     for (let i = 1; i <= 60; i++) {
       const pixel = [(u + 73 * i) % SIZE[0], (v + 41 * i) % SIZE[1]];
-      const { winner, ray } = stepsOf(this.world.P, pixel[0] + this.world.offset, pixel[1] + this.world.offset, this.world.corners);
+      const ray = rayOfPixel(this.world.P, pixel[0] + this.world.offset, pixel[1] + this.world.offset);
+      const { winner } = stepsOf(ray, this.world.corners);
       if (winner && ray.XPrime) return this.pick(pixel);
     }
     this.say("No triangle is in sight: turn the camera, or reset.", "notice");
@@ -187,7 +188,8 @@ class Lecture {
     const { P, R, corners, ids, names, offset } = this.world;
     const [column, row] = this.numbers.pixel;
     const pixel = [column + offset, row + offset];
-    const steps = stepsOf(P, pixel[0], pixel[1], corners);
+    const ray = rayOfPixel(P, pixel[0], pixel[1]);
+    const steps = { ray, ...stepsOf(ray, corners) };
     const found = steps.candidates.find(({ index }) => index === this.chosen) || steps.winner || steps.candidates[0] || null;
     byId("pixel-u", HTMLInputElement).value = String(column);
     byId("pixel-v", HTMLInputElement).value = String(row);

@@ -18,7 +18,7 @@ export function showMatrix(id, m, columns) {
 /**
  * The steps of the pixel, formula beside number.
  * @param {{ column: number, row: number, names: string[], ids: ArrayLike<number> }} world
- * @param {ReturnType<typeof import("../core/steps.js").stepsOf>} steps
+ * @param {{ ray: import("../core/steps.js").PixelRay } & ReturnType<typeof import("../core/steps.js").stepsOf>} steps
  * @param {import("../core/steps.js").Candidate | null} found
  */
 export function showSteps({ column, row, names, ids }, { ray, counts, winner }, found) {

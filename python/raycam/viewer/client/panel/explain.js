@@ -5,8 +5,6 @@ import { byId, element } from "../dom.js";
 /** @typedef {{ title: string, text: string, svg: string }} Section */
 /** @typedef {{ column: number, row: number, text: string, svg: string, sections?: Section[] }} Explanation */
 
-let figureUrl = "";
-
 /**
  * Shows an explanation: its ray, and by buttons its other sections.
  * @param {Explanation} explanation
@@ -37,10 +35,9 @@ export function showExplanation({ column, row, text, svg, sections = [] }) {
  */
 function showSection({ title, text, svg }, column, row) {
   const figure = byId("explained-figure", HTMLImageElement);
-  URL.revokeObjectURL(figureUrl);
-  figureUrl = svg ? URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" })) : "";
   figure.hidden = !svg;
-  if (svg) figure.src = figureUrl;
+  // No blob: a notebook around the page may allow images of data alone.
+  if (svg) figure.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
   figure.alt = `${title} of pixel ${column}, ${row}, drawn; the text below says the same.`;
   byId("explained-text", HTMLPreElement).textContent = text;
   byId("explained-scroll", HTMLElement).scrollTop = 0;

@@ -1,0 +1,3 @@
+//! What a page asks of the core.
+
+mod request;
