@@ -26,10 +26,10 @@ const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
 /// Radii of the neighbourhoods that are compared, as seen from where the photons landed, and the power of the radius that their
 /// light is divided by: small ones are worth more, but for those of few photons.
 const NEIGHBORHOODS: [f64; 5] = [0.03, 0.06, 0.12, 0.25, 0.5];
-const RADIUS_POWER: f64 = 0.7;
+const RADIUS_POWER: f64 = 0.4;
 /// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster or, for points
 /// further away than that, relative to their distance.
-const RADIUS_SIGMAS: f64 = 1.75;
+const RADIUS_SIGMAS: f64 = 2.1;
 const MIN_RADIUS: f64 = 0.02;
 /// Part of a block's light that its second target has, and of a caster's light that comes to cells with one, at least.
 const MIN_SECOND_FRACTION: f64 = 0.1;
