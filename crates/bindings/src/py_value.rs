@@ -5,7 +5,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use raycam_scene::color;
-use raycam_scene::schema::{Entry, Numbers, SpannedValue, Value};
+use raycam_scene::schema::{Entry, SpannedValue, Value};
 
 use crate::error::{check_memory, world_error};
 
@@ -94,18 +94,18 @@ fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value>
         let linear = |v| f64::from(color::linear_from_srgb8([v; 3])[0]);
         let table: Vec<f64> = (0..=255).map(linear).collect();
         let data = bytes.to_owned_array().iter().map(|&v| table[usize::from(v)]).collect();
-        return Ok(Value::Array { shape, numbers: Numbers::Floats(data) });
+        return Ok(Value::Floats { shape, data });
     }
     // `astype` brings every width and byte order to one; C order, whatever the strides.
     let values = |dtype| array.call_method1("astype", (dtype,));
     match kind {
         b'f' => {
             let data = values("float64")?.cast_into::<PyArrayDyn<f64>>()?.to_owned_array();
-            Ok(Value::Array { shape, numbers: Numbers::Floats(data.iter().copied().collect()) })
+            Ok(Value::Floats { shape, data: data.iter().copied().collect() })
         }
         b'i' | b'u' => {
             let data = values("int64")?.cast_into::<PyArrayDyn<i64>>()?.to_owned_array();
-            Ok(Value::Array { shape, numbers: Numbers::Integers(data.iter().copied().collect()) })
+            Ok(Value::Integers { shape, data: data.iter().copied().collect() })
         }
         _ => Err(world_error(format!("{path}: an array of dtype {}, expected numbers", array.dtype()))),
     }

@@ -23,7 +23,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 pub use crate::schema::deserialize::from_value;
-pub use crate::schema::deserialize::value::{Entry, Numbers, SpannedValue, Value};
+pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};

@@ -4,98 +4,62 @@ use std::fmt;
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 
 use crate::schema::deserialize::error::{DeError, quoted};
-use crate::schema::deserialize::number::{ArrayView, Number};
+use crate::schema::deserialize::list::visit_list;
+use crate::schema::deserialize::number::{ArrayDeserializer, Number};
 use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 
 /// The key that names the variant of an enum with fields.
 const TAG: &str = "type";
 
-/// A node to read: a value, or an array in one, or a number of that.
+/// A node to read.
 #[derive(Clone, Copy)]
-pub enum NodeDeserializer<'a> {
-    Value(&'a SpannedValue),
-    Array(ArrayView<'a>),
-    Number(Number),
-}
+pub struct ValueDeserializer<'a>(pub &'a SpannedValue);
 
-impl<'a> NodeDeserializer<'a> {
-    fn value(self) -> Option<&'a Value> {
-        let Self::Value(node) = self else { return None };
-        Some(&node.value)
-    }
-
+impl ValueDeserializer<'_> {
     /// Its number, where it is one.
-    #[inline]
     fn number(self) -> Option<Number> {
-        match self {
-            Self::Number(number) => Some(number),
-            Self::Array(_) => None,
-            Self::Value(node) => match &node.value {
-                Value::Integer(v) => Some(Number::Integer(*v)),
-                Value::Float(v) => Some(Number::Float(*v)),
-                Value::Array { shape, numbers } if shape.is_empty() => {
-                    Some(ArrayView::new(shape, numbers).ok()?.number())
-                }
-                _ => None,
-            },
+        match &self.0.value {
+            Value::Integer(v) => Some(Number::Integer(*v)),
+            Value::Float(v) => Some(Number::Float(*v)),
+            Value::Integers { shape, data } if shape.is_empty() => data.first().map(|&v| v.into()),
+            Value::Floats { shape, data } if shape.is_empty() => data.first().map(|&v| v.into()),
+            _ => None,
         }
-    }
-
-    /// Item `i`, where it is a list or an array; a table stands for a list of one.
-    #[inline]
-    pub fn item(self, i: usize) -> Self {
-        match self {
-            Self::Array(view) if view.shape.len() == 1 => Self::Number(view.item(i).number()),
-            Self::Array(view) => Self::Array(view.item(i)),
-            Self::Value(SpannedValue { value: Value::List(items), .. }) => Self::Value(&items[i]),
-            Self::Value(_) | Self::Number(_) => self,
-        }
-    }
-
-    /// The error that this was expected instead.
-    fn refuse<T>(self, expected: String) -> Result<T, DeError> {
-        self.with_span(self.visit(Reject(expected))).map(|never| match never {})
     }
 
     /// Adds the place to an error that has none yet.
     fn with_span<T>(self, result: Result<T, DeError>) -> Result<T, DeError> {
-        match (result, self) {
-            (Err(fault), Self::Value(node)) => Err(fault.with_span(&node.span)),
-            (result, _) => result,
-        }
+        result.map_err(|fault| fault.with_span(&self.0.span))
     }
 
     fn visit<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
-        match self {
-            Self::Number(number) => number.visit(visitor),
-            Self::Array(view) => visit_array(view, visitor),
-            Self::Value(node) => match &node.value {
-                Value::Null => visitor.visit_unit(),
-                Value::Bool(v) => visitor.visit_bool(*v),
-                Value::Integer(v) => visitor.visit_i64(*v),
-                Value::Float(v) => visitor.visit_f64(*v),
-                Value::String(v) => visitor.visit_str(v),
-                Value::List(items) => visit_list(items.len(), self, visitor),
-                Value::Table(entries) => visitor.visit_map(TableAccess::new(entries)),
-                Value::Array { shape, numbers } => visit_array(ArrayView::new(shape, numbers)?, visitor),
-            },
+        match &self.0.value {
+            Value::Null => visitor.visit_unit(),
+            Value::Bool(v) => visitor.visit_bool(*v),
+            Value::Integer(v) => visitor.visit_i64(*v),
+            Value::Float(v) => visitor.visit_f64(*v),
+            Value::String(v) => visitor.visit_str(v),
+            Value::List(items) => visit_list(items.len(), |i| ValueDeserializer(&items[i]), visitor),
+            Value::Table(entries) => visitor.visit_map(TableAccess::new(entries)),
+            Value::Floats { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
+            Value::Integers { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
         }
     }
 
     fn visit_whole<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self.number() {
-            Some(number) => self.with_span(number.rounded().visit(visitor)),
+            Some(number) => self.with_span(number.deserialize_u64(visitor)),
             None => self.deserialize_any(visitor),
         }
     }
 }
 
-impl<'de> Deserializer<'de> for NodeDeserializer<'_> {
+impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
     type Error = DeError;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
@@ -103,15 +67,15 @@ impl<'de> Deserializer<'de> for NodeDeserializer<'_> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
-        match self.value() {
-            Some(Value::Null) => visitor.visit_none(),
+        match self.0.value {
+            Value::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
-        match self.value() {
-            Some(Value::Table(_)) => self.with_span(visit_list(1, self, visitor)),
+        match self.0.value {
+            Value::Table(_) => self.with_span(visit_list(1, |_| self, visitor)),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -122,9 +86,9 @@ impl<'de> Deserializer<'de> for NodeDeserializer<'_> {
         _: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, DeError> {
-        match self.value() {
-            Some(Value::Table(_)) => self.deserialize_any(visitor),
-            _ => self.refuse("a table".into()),
+        match self.0.value {
+            Value::Table(_) => self.deserialize_any(visitor),
+            _ => self.with_span(self.visit(Reject("a table".into()))).map(|never| match never {}),
         }
     }
 
@@ -138,12 +102,10 @@ impl<'de> Deserializer<'de> for NodeDeserializer<'_> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, DeError> {
-        self.with_span(match self.value() {
-            Some(Value::String(name)) => {
-                visitor.visit_enum(IntoDeserializer::<DeError>::into_deserializer(name.as_str()))
-            }
-            Some(Value::Table(entries)) => visitor.visit_enum(TaggedAccess { entries, variants }),
-            _ => self.refuse(format!("one of {}", quoted(variants))),
+        self.with_span(match &self.0.value {
+            Value::String(name) => visitor.visit_enum(IntoDeserializer::<DeError>::into_deserializer(name.as_str())),
+            Value::Table(entries) => visitor.visit_enum(TaggedAccess { entries, variants }),
+            _ => self.visit(Reject(format!("one of {}", quoted(variants)))).map(|never| match never {}),
         })
     }
 
@@ -166,60 +128,6 @@ impl<'de> Deserializer<'de> for NodeDeserializer<'_> {
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct tuple tuple_struct map
         identifier ignored_any
-    }
-}
-
-fn visit_array<'de, V: Visitor<'de>>(view: ArrayView, visitor: V) -> Result<V::Value, DeError> {
-    match view.shape.first() {
-        Some(&length) => visit_list(length, NodeDeserializer::Array(view), visitor),
-        None => view.number().visit(visitor),
-    }
-}
-
-/// Visits a list of `length` items, and sees that the visitor wanted all of it.
-fn visit_list<'de, V: Visitor<'de>>(
-    length: usize,
-    list: NodeDeserializer<'_>,
-    visitor: V,
-) -> Result<V::Value, DeError> {
-    let mut items = ListAccess { list, length, next: 0 };
-    let value = visitor.visit_seq(&mut items)?;
-    if items.next < length {
-        return Err(items.too_long());
-    }
-    Ok(value)
-}
-
-/// The items of a list in order.
-struct ListAccess<'a> {
-    list: NodeDeserializer<'a>,
-    length: usize,
-    next: usize,
-}
-
-impl ListAccess<'_> {
-    fn too_long(&self) -> DeError {
-        DeError::custom(format_args!("a list of {}: expected a list of {}", self.length, self.next))
-    }
-}
-
-impl<'de> SeqAccess<'de> for &mut ListAccess<'_> {
-    type Error = DeError;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, DeError> {
-        if self.next == self.length {
-            return Ok(None);
-        }
-        let i = self.next;
-        self.next += 1;
-        match seed.deserialize(self.list.item(i)) {
-            Ok(value) => Ok(Some(value)),
-            Err(fault) => Err(fault.in_item(i)),
-        }
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.length - self.next)
     }
 }
 
@@ -265,10 +173,9 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
             return Err(DeError::custom("a value was asked for before its key"));
         };
         self.next += 1;
-        match seed.deserialize(NodeDeserializer::Value(&entry.value)) {
-            Ok(value) => Ok(value),
-            Err(fault) => Err(fault.in_entry(entry)),
-        }
+        let segment = || format!(".{}", entry.key);
+        let span = if entry.value.span.is_some() { &entry.value.span } else { &entry.key_span };
+        seed.deserialize(ValueDeserializer(&entry.value)).map_err(|fault| fault.in_segment(segment(), span))
     }
 }
 
@@ -288,7 +195,7 @@ impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
             return Err(DeError::custom(format_args!("the key {TAG:?} is missing: one of {names}")));
         };
         let variant = seed
-            .deserialize(NodeDeserializer::Value(&tag.value))
+            .deserialize(ValueDeserializer(&tag.value))
             .map_err(|fault| fault.in_segment(format!(".{TAG}"), &tag.value.span))?;
         Ok((variant, TableAccess { entries: self.entries, next: 0, tagged: true }))
     }

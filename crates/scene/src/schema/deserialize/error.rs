@@ -7,7 +7,6 @@ use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
 use crate::schema::deserialize::foreign_words::{current_names, translation};
-use crate::schema::deserialize::value::Entry;
 
 /// A boxed error: results of millions of numbers are passed up, so they are kept small.
 #[derive(Debug)]
@@ -27,17 +26,6 @@ impl DeError {
     pub fn in_segment(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
         self.0.path.push(segment);
         self.with_span(span)
-    }
-
-    /// The same, seen from the list around item `i`.
-    pub fn in_item(self, i: usize) -> Self {
-        self.in_segment(format!("[{i}]"), &None)
-    }
-
-    /// The same, seen from the table around an entry.
-    pub fn in_entry(self, entry: &Entry) -> Self {
-        let span = if entry.value.span.is_some() { &entry.value.span } else { &entry.key_span };
-        self.in_segment(format!(".{}", entry.key), span)
     }
 
     /// The same, at this place in the text where it has none yet.

@@ -6,13 +6,14 @@
 mod deserializer;
 mod error;
 mod foreign_words;
+mod list;
 mod number;
 pub(crate) mod value;
 
 use serde::de::DeserializeOwned;
 
 use crate::error::{Result, SceneError};
-use crate::schema::deserialize::deserializer::NodeDeserializer;
+use crate::schema::deserialize::deserializer::ValueDeserializer;
 use crate::schema::deserialize::error::DeError;
 use crate::schema::deserialize::value::SpannedValue;
 
@@ -21,7 +22,7 @@ use crate::schema::deserialize::value::SpannedValue;
 /// # Errors
 /// [`SceneError::Schema`] with the path of the value, its place in the text, what was expected and the nearest name.
 pub fn from_value<T: DeserializeOwned>(node: &SpannedValue) -> Result<T> {
-    T::deserialize(NodeDeserializer::Value(node)).map_err(|DeError(details)| {
+    T::deserialize(ValueDeserializer(node)).map_err(|DeError(details)| {
         let path = details.path.iter().rev().map(String::as_str).collect::<String>();
         SceneError::Schema { path: path.trim_start_matches('.').into(), message: details.message, span: details.span }
     })

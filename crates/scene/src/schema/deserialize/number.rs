@@ -1,9 +1,12 @@
 //! Numbers, and arrays of them.
 
-use serde::de::{Error, Visitor};
+use std::fmt::Debug;
+
+use serde::de::{Deserializer, Error, Visitor};
+use serde::forward_to_deserialize_any;
 
 use crate::schema::deserialize::error::DeError;
-use crate::schema::deserialize::value::Numbers;
+use crate::schema::deserialize::list::visit_list;
 
 /// A number to read.
 #[derive(Clone, Copy, Debug)]
@@ -12,61 +15,115 @@ pub enum Number {
     Float(f64),
 }
 
-impl Number {
-    pub fn visit<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+impl From<i64> for Number {
+    fn from(v: i64) -> Self {
+        Self::Integer(v)
+    }
+}
+
+impl From<f64> for Number {
+    fn from(v: f64) -> Self {
+        Self::Float(v)
+    }
+}
+
+impl<'de> Deserializer<'de> for Number {
+    type Error = DeError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self {
             Self::Integer(v) => visitor.visit_i64(v),
             Self::Float(v) => visitor.visit_f64(v),
         }
     }
 
-    /// A whole float as a whole number: NumPy and TOML writers do not always know the difference.
-    #[inline]
-    pub fn rounded(self) -> Self {
+    // A whole float is a whole number: NumPy and TOML writers do not always know the difference.
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self {
-            Self::Float(v) if v == v.trunc() && v.abs() < 9.0e15 => Self::Integer(v as i64),
-            _ => self,
+            Self::Float(v) if v == v.trunc() && v.abs() < 9.0e15 => visitor.visit_i64(v as i64),
+            _ => self.deserialize_any(visitor),
         }
+    }
+
+    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.deserialize_u64(visitor)
+    }
+
+    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.deserialize_u64(visitor)
+    }
+
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.deserialize_u64(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, DeError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple tuple_struct map
+        struct enum identifier ignored_any
     }
 }
 
-/// An array of numbers to read, or a part of one, as lists of lists.
+/// An array of numbers to read, of one dimension or more, as lists of lists.
 #[derive(Clone, Copy)]
-pub struct ArrayView<'a> {
-    /// Length along each axis; of none where it is a number.
-    pub shape: &'a [usize],
-    numbers: &'a Numbers,
-    /// The number that it begins with.
-    start: usize,
+pub struct ArrayDeserializer<'a, T> {
+    length: usize,
+    /// The shape of its items.
+    item: &'a [usize],
+    data: &'a [T],
 }
 
-impl<'a> ArrayView<'a> {
-    /// The whole of an array, which has as many numbers as its shape tells.
-    pub fn new(shape: &'a [usize], numbers: &'a Numbers) -> Result<Self, DeError> {
+impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
+    /// Visits an array of this shape; one without dimensions is a number.
+    pub fn visit<'de, V: Visitor<'de>>(shape: &'a [usize], data: &'a [T], visitor: V) -> Result<V::Value, DeError> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
-        let count = match numbers {
-            Numbers::Integers(data) => data.len(),
-            Numbers::Floats(data) => data.len(),
-        };
-        if size != Some(count) {
-            return Err(DeError::custom(format_args!("an array of shape {shape:?} with {count} numbers")));
+        if size != Some(data.len()) {
+            return Err(DeError::custom(format_args!("an array of shape {shape:?} with {} numbers", data.len())));
         }
-        Ok(Self { shape, numbers, start: 0 })
+        match (shape, data) {
+            ([], [number]) => (*number).into().deserialize_any(visitor),
+            (&[length, ref item @ ..], _) => ArrayDeserializer { length, item, data }.deserialize_any(visitor),
+            ([], _) => visitor.visit_unit(),
+        }
+    }
+}
+
+impl<'de, T: Copy + Into<Number>> Deserializer<'de> for ArrayDeserializer<'_, T> {
+    type Error = DeError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        let ArrayDeserializer { length, item, data } = self;
+        match *item {
+            [] => visit_list(length, |i| data[i].into(), visitor),
+            [inner, ref rest @ ..] => {
+                let stride = data.len().checked_div(length).unwrap_or(0);
+                let at = |i: usize| ArrayDeserializer {
+                    length: inner,
+                    item: rest,
+                    data: &data[i * stride..(i + 1) * stride],
+                };
+                visit_list(length, at, visitor)
+            }
+        }
     }
 
-    /// Item `i` along the first of its dimensions.
-    #[inline]
-    pub fn item(&self, i: usize) -> Self {
-        let shape = &self.shape[1..];
-        Self { shape, start: self.start + i * shape.iter().product::<usize>(), ..*self }
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        visitor.visit_some(self)
     }
 
-    /// The number of an array without dimensions.
-    #[inline]
-    pub fn number(&self) -> Number {
-        match self.numbers {
-            Numbers::Integers(data) => Number::Integer(data[self.start]),
-            Numbers::Floats(data) => Number::Float(data[self.start]),
-        }
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, DeError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map struct enum identifier ignored_any
     }
 }

@@ -29,21 +29,19 @@ pub enum Value {
     /// Values by key, in order of appearance; keys are unique.
     Table(Vec<Entry>),
     /// An array of numbers in row-major order, as NumPy has them: the same as lists of lists.
-    Array {
-        /// Length along each axis; their product is the number of numbers.
+    Floats {
+        /// Length along each axis; their product is the length of `data`.
         shape: Vec<usize>,
         /// The numbers.
-        numbers: Numbers,
+        data: Vec<f64>,
     },
-}
-
-/// The numbers of an array.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Numbers {
-    /// Whole numbers.
-    Integers(Vec<i64>),
-    /// Any numbers.
-    Floats(Vec<f64>),
+    /// An array of whole numbers in row-major order.
+    Integers {
+        /// Length along each axis; their product is the length of `data`.
+        shape: Vec<usize>,
+        /// The numbers.
+        data: Vec<i64>,
+    },
 }
 
 /// A key and its value.

@@ -7,7 +7,7 @@ mod object;
 mod style;
 mod words;
 
-use raycam_scene::schema::{self, Entry, Numbers, ObjectSpec, SpannedValue, Value};
+use raycam_scene::schema::{self, Entry, ObjectSpec, SpannedValue, Value};
 use raycam_scene::{Light, MaterialModel};
 
 use described::build;
@@ -41,8 +41,8 @@ fn the_example_of_the_guide_is_a_world() {
 
 #[test]
 fn arrays_are_lists_of_lists_and_null_is_absent() {
-    let floats = |shape, data| Value::Array { shape, numbers: Numbers::Floats(data) };
-    let integers = |shape, data| Value::Array { shape, numbers: Numbers::Integers(data) };
+    let floats = |shape, data| Value::Floats { shape, data };
+    let integers = |shape, data| Value::Integers { shape, data };
     let entry = |key: &str, value| Entry { key: key.into(), key_span: None, value: SpannedValue::from(value) };
     let vertices = floats(vec![3, 3], vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     let triangles = integers(vec![1, 3], vec![0, 1, 2]);
