@@ -28,7 +28,7 @@ def comment_openings(root: Path, crate: str) -> list[str]:
 
 def descriptions(root: Path) -> list[str]:
     """Descriptions of crates and of the package whose first word is one of a riddle."""
-    files = {path: "package" for path in sorted(root.glob("crates/*/Cargo.toml"))}
+    files = dict.fromkeys(sorted(root.glob("crates/*/Cargo.toml")), "package")
     files[root / "pyproject.toml"] = "project"
     found = []
     for path, table in files.items():
