@@ -1,3 +1,3 @@
-//! What a page asks of the core.
+//! Requests of pages.
 
 mod request;

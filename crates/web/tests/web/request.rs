@@ -1,7 +1,7 @@
 //! Requests of pictures as JSON.
 
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::RenderOptions;
+use raycam_scene::render_options::RenderOptions;
 use raycam_web::request::settings;
 
 #[test]
