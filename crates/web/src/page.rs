@@ -232,7 +232,7 @@ impl Camera {
         let (origin, direction) = camera.ray(pixel);
         let (model, coefficients) = camera.lens().coefficients().map_or(("pinhole", &[][..]), |(m, n)| (m.name(), n));
         json!({
-            "model": if camera.c().is_finite() { model } else { "parallel" },
+            "model": if camera.center() == camera::Center::Point { model } else { "parallel" },
             "coefficients": coefficients,
             "origin": origin.to_array(),
             "direction": direction.to_array(),

@@ -23,10 +23,10 @@ const MAX_PHOTONS: usize = 64;
 /// Points along a photon's way by which photons of a block may be alike: its exit, and points so far from where it landed, in
 /// radii of the caster. Where light comes straight through a thin wall, directions are alike and exits are not.
 const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
-/// Radii of the neighbourhoods that are compared, as seen from where the photons landed, and the power of the radius that their
-/// light is divided by: small ones are worth more, but for those of few photons.
-const NEIGHBORHOODS: [f64; 5] = [0.03, 0.06, 0.12, 0.25, 0.5];
-const RADIUS_POWER: f64 = 0.4;
+/// Radii of the neighbourhoods that are compared, as seen from where the photons landed, and what their light is divided by: the
+/// radius to the 0.4, since small ones are worth more, but for those of few photons.
+const NEIGHBORHOODS: [(f64, f64); 5] =
+    [(0.03, 0.24595), (0.06, 0.324534), (0.12, 0.428225), (0.25, 0.574349), (0.5, 0.757858)];
 /// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster or, for points
 /// further away than that, relative to their distance.
 const RADIUS_SIGMAS: f64 = 2.1;
@@ -209,14 +209,14 @@ fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usi
             let mut sums = [(0.0, 0); NEIGHBORHOODS.len()];
             for other in photons {
                 let off2 = other.ways[way].distance_squared(center);
-                for ((power, count), radius) in sums.iter_mut().zip(NEIGHBORHOODS) {
+                for ((power, count), (radius, _)) in sums.iter_mut().zip(NEIGHBORHOODS) {
                     if off2 <= radius * radius * reach2 {
                         (*power, *count) = (*power + other.power, *count + 1);
                     }
                 }
             }
-            for ((power, count), radius) in sums.into_iter().zip(NEIGHBORHOODS) {
-                let worth = power / radius.powf(RADIUS_POWER);
+            for ((power, count), (radius, size)) in sums.into_iter().zip(NEIGHBORHOODS) {
+                let worth = power / size;
                 if count >= MIN_PHOTONS && worth > best.0 {
                     best = (worth, Some((way, center, radius * reach2.sqrt())));
                 }
