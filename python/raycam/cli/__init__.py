@@ -165,16 +165,16 @@ def _message(error: BaseException) -> str:
         if not error.filename:
             return error.strerror
         bare = error.strerror == os.strerror(errno.ENOENT) and isinstance(error.filename, str)
-        return f"{error.filename}: {error.strerror}{_guess(error.filename) if bare else ''}"
+        return f"{error.filename}: {error.strerror}{_nearest_names(error.filename) if bare else ''}"
     if isinstance(error, MemoryError):
         return f"out of memory {error}".rstrip()
     return str(error)
 
 
-def _guess(path: str) -> str:
-    from ..world.missing_files import guess
+def _nearest_names(path: str) -> str:
+    from ..world.missing_files import nearest_names
 
-    return guess(path)
+    return nearest_names(path)
 
 
 class _Parser(argparse.ArgumentParser):

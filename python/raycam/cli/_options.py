@@ -314,10 +314,10 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
     found = calibration_file(text)
     if found is None:
-        from ..world.missing_files import guess
+        from ..world.missing_files import nearest_names
 
         expected = "expected a calibration or a world file"
-        raise FileNotFoundError(f"{text}: there is no such file; {expected}{guess(text)}")
+        raise FileNotFoundError(f"{text}: there is no such file; {expected}{nearest_names(text)}")
     file, name = found
     if os.path.isfile(file) and file.endswith((".toml", ".glb", ".gltf")):
         world = load(file)
@@ -350,9 +350,9 @@ def _given_camera(world: World, options: argparse.Namespace) -> Camera:
     elif options.camera not in world.cameras and (
         os.sep in options.camera or os.path.splitext(options.camera)[1]
     ):
-        from ..world.missing_files import guess
+        from ..world.missing_files import nearest_names
 
-        close = guess(options.camera)
+        close = nearest_names(options.camera)
         raise SettingsError(
             f"--camera {options.camera}: there is no such file, and no camera of this name{close}"
         )

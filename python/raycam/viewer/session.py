@@ -29,7 +29,7 @@ from .files.uploads import Uploads
 from .pace import Pace
 from .probe import point_at
 from .scene import navigation
-from .scene.copies import FILES, written
+from .scene.copies import FILES, camera_text
 from .scene.edits import Edits
 from .scene.overlay import frusta, polylines
 from .scene.selection import Selection
@@ -499,7 +499,7 @@ class Session:
         if format == "command":
             return self._command(description)
         if format in FILES:
-            text, notices = written(self.given, format)
+            text, notices = camera_text(self.given, format)
             for notice in notices:
                 self.send_message({"type": "notice", "text": notice})
             return text

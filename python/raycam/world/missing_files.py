@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import WorldError
 
-__all__ = ["MODELS", "check_exists", "guess", "recipe_named"]
+__all__ = ["MODELS", "check_exists", "nearest_names", "recipe_named"]
 
 MODELS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off", ".usd", ".usda", ".usdc", ".usdz")
 """The endings of files that are worlds or models."""
@@ -40,14 +40,15 @@ def check_exists(path: str | os.PathLike[str]) -> None:
     raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
 
 
-def guess(path: str | os.PathLike[str]) -> str:
+def nearest_names(path: str | os.PathLike[str]) -> str:
     """The nearest names of any kind in the folder of a file that is not there, as the end of a message."""
-    import difflib
-
     folder = Path(path).parent
-    names = {path.name.lower(): path.name for path in folder.iterdir()} if folder.is_dir() else {}
-    close = [names[name] for name in difflib.get_close_matches(Path(path).name.lower(), names, n=SHOWN)]
-    return f"; did you mean {' or '.join(str(folder / name) for name in close)}?" if close else ""
+    try:
+        names = os.listdir(folder)
+    except OSError:
+        return ""
+    close = _close(Path(path).name, names, cutoff=0.6)
+    return _did_you_mean(folder, close) if close else ""
 
 
 @contextlib.contextmanager
@@ -65,9 +66,7 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def _hint(path: Path) -> str:
-    """The nearest names, or the nearest folder that exists, as the end of a message."""
-    import difflib
-
+    """The nearest names of models, or the nearest folder that exists, as the end of a message."""
     folder = path.parent
     if not folder.is_dir():
         there = next((parent for parent in folder.parents if parent.is_dir()), None)
@@ -76,15 +75,26 @@ def _hint(path: Path) -> str:
         names = sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in MODELS)
     except OSError:
         return ""
-    by_name = {name.lower(): name for name in names}
-    close = [
-        by_name[name] for name in difflib.get_close_matches(path.name.lower(), by_name, n=SHOWN, cutoff=0.5)
-    ]
+    close = _close(path.name, names, cutoff=0.5)
     same = [name for name in names if Path(name).stem.lower() == path.stem.lower() and name not in close]
     found = [*same, *close][:SHOWN]
     if found:
-        return f"; did you mean {' or '.join(str(folder / name) for name in found)}?"
+        return _did_you_mean(folder, found)
     if names:
         more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
         return f"; models and worlds in {folder.absolute()}: {', '.join(names[:SHOWN])}{more}"
     return f"; there are no models or worlds in {folder.absolute()}"
+
+
+def _close(name: str, names: list[str], cutoff: float) -> list[str]:
+    """The names that are most like one, in whatever case."""
+    import difflib
+
+    by_name = {each.lower(): each for each in names}
+    return [
+        by_name[each] for each in difflib.get_close_matches(name.lower(), by_name, n=SHOWN, cutoff=cutoff)
+    ]
+
+
+def _did_you_mean(folder: Path, names: list[str]) -> str:
+    return f"; did you mean {' or '.join(str(folder / name) for name in names)}?"

@@ -1,9 +1,9 @@
 //! Caustic maps: for a receiving point, the region of a caster that its photons came from.
 //!
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques 1995). The
-//! space around a caster is divided into cells by direction and distance. A cell stores the mean and the spread of the
-//! points where its photons left the caster, or of points further along their directions, whichever are more alike: a sphere, to
-//! which samples of diffuse surfaces are guided; a second one where further photons are alike.
+//! space around a caster is divided into cells by direction and distance. A cell stores up to two spheres, to which samples of
+//! diffuse surfaces are guided: the neighbourhoods of photons that are brightest for their size, by the points where they left
+//! the caster or by points further along their directions.
 
 use glam::{DVec3, Vec3};
 

@@ -1,9 +1,9 @@
 //! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps that light passes, and light
 //! sampling is rare where it finds nothing.
 //!
-//! [`caustic_casters`] finds the objects, [`caustic_map`] stores where photons left them, [`cones`] is the density of guided
-//! samples and [`sample_cones`] draws them. [`caustic_spots`] finds where much light lands, [`gaps`] finds the gaps. The photons come from the integrator's passes.
-//! [`light_visibility`] remembers from where light is seen. This folder uses `interaction`, `prepare` and `lobes`.
+//! [`caustic_casters`] finds the objects, [`caustic_map`] where photons left them, [`caustic_spots`] where they gather, [`gaps`]
+//! the gaps; [`cones`] is the density of guided samples, [`sample_cones`] draws them, [`light_visibility`] remembers from where
+//! light is seen. The photons come from the integrator's passes. This folder uses `interaction`, `prepare` and `lobes`.
 
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;

@@ -43,25 +43,25 @@ fn luminance(frame: &Frame) -> Vec<f64> {
     f32s(frame, Channel::Color).chunks(3).map(weigh).collect()
 }
 
-/// The estimated error over what four pictures are off, in the root mean square.
-fn said_over_off(world: &World, camera: &Camera, exact: &Settings, of: &Settings) -> f64 {
+/// The estimated error over the actual one of four pictures, in the root mean square.
+fn estimated_over_actual_error(world: &World, camera: &Camera, exact: &Settings, of: &Settings) -> f64 {
     let exact = luminance(&render(world, camera, exact));
-    let (mut off, mut said) = (0.0, 0.0);
+    let (mut actual, mut estimated) = (0.0, 0.0);
     for seed in 1..5 {
         let frame = render(world, camera, &Settings { seed, ..of.clone() });
         let errors = f32s(&frame, Channel::Error);
         for ((found, exact), error) in luminance(&frame).iter().zip(&exact).zip(errors) {
-            off += (found - exact).powi(2);
-            said += f64::from(*error).powi(2);
+            actual += (found - exact).powi(2);
+            estimated += f64::from(*error).powi(2);
         }
     }
-    (said / off).sqrt()
+    (estimated / actual).sqrt()
 }
 
 #[test]
 fn the_error_is_as_large_as_the_picture_is_off() {
     let (world, camera) = scene();
-    let ratio = said_over_off(&world, &camera, &settings(4096), &settings(64));
+    let ratio = estimated_over_actual_error(&world, &camera, &settings(4096), &settings(64));
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
 }
 
@@ -71,7 +71,7 @@ fn the_error_is_that_of_the_mean() {
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 70.0, [48, 32]);
     let flat = |samples| Settings { integrator: Integrator::Flat, ..settings(samples) };
     for samples in [16, 50, 256] {
-        let ratio = said_over_off(&plane(9.0, 1.0), &camera, &flat(1 << 14), &flat(samples));
+        let ratio = estimated_over_actual_error(&plane(9.0, 1.0), &camera, &flat(1 << 14), &flat(samples));
         assert!((0.85..1.15).contains(&ratio), "{samples}: {ratio}");
     }
 }

@@ -37,10 +37,10 @@ def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
     if options.rig in rigs:
         return rigs[options.rig]
     if not Path(options.rig).exists():
-        from ...world.missing_files import guess
+        from ...world.missing_files import nearest_names
 
         known = f"; {nearest('rig', options.rig, list(rigs))}" if rigs else ", and the world has no rig"
-        raise SettingsError(f"--rig {options.rig}: there is no such file{known}{guess(options.rig)}")
+        raise SettingsError(f"--rig {options.rig}: there is no such file{known}{nearest_names(options.rig)}")
     return next(iter(rigs_in(options.rig, options).values()))
 
 
