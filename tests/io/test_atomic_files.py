@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from raycam.io.atomic_files import atomic_path, check_writable, write
+from raycam.io.file_lock import try_lock
 
 
 def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
@@ -93,6 +94,32 @@ def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_
         living.communicate("")
     assert (tmp_path / "a.mp4").read_bytes() == b"half"  # the last one to write
     assert sorted(os.listdir(tmp_path)) == [mine.name, "a.mp4"]
+
+
+@pytest.mark.parametrize("holds_it", [True, False])
+def test_a_temporary_file_that_another_process_takes_for_stale_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, holds_it: bool
+) -> None:
+    opened = os.open
+    others: list[int] = []
+
+    def open_and_lose(path: str, flags: int, *mode: int) -> int:
+        file = opened(path, flags, *mode)
+        if flags & os.O_EXCL and not others:
+            others.append(opened(path, os.O_RDWR))
+            assert try_lock(others[0])
+            os.unlink(path)
+            if not holds_it:
+                os.close(others[0])
+        return file
+
+    monkeypatch.setattr(os, "open", open_and_lose)
+    write(tmp_path / "a.mp4", b"whole")
+    assert len(others) == 1
+    assert (tmp_path / "a.mp4").read_bytes() == b"whole"
+    assert os.listdir(tmp_path) == ["a.mp4"]
+    if holds_it:
+        os.close(others[0])
 
 
 def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:

@@ -56,6 +56,26 @@ def _remove_stale_temp_files(target: str) -> None:
                 os.unlink(path)
 
 
+def _create_temporary(target: str, folder: str) -> tuple[str, int]:
+    """A new temporary file of a target, its path and descriptor, locked: one without a lock belongs to a dead process.
+
+    Another process that removes stale files may meet it before it is locked, and remove it; then there is a next one.
+    """
+    stem, ending = os.path.splitext(os.path.basename(target))
+    while True:
+        temporary = os.path.join(folder, f".{stem}.{os.urandom(4).hex()}{ending}")
+        with with_path(target, temporary):
+            file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
+            try:
+                if (try_lock(file) or os.name == "nt") and os.fstat(file).st_nlink > 0:
+                    return temporary, file  # Windows removes no open file
+            except BaseException:
+                os.unlink(temporary)
+                os.close(file)
+                raise
+            os.close(file)
+
+
 @contextlib.contextmanager
 def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]]:
     """Yields the temporary path and its open file; see `atomic_path`.
@@ -63,16 +83,14 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
     Paths are strings: pathlib interns the parts of every name, and a long job has very many names.
     """
     check_writable(target)
-    folder, name = os.path.split(target)
-    stem, ending = os.path.splitext(name)
-    temporary = os.path.join(scratch or folder, f".{stem}.{os.urandom(4).hex()}{ending}")
+    folder = os.path.dirname(target)
+    if scratch is None:
+        with with_path(target):
+            _remove_stale_temp_files(target)
+    temporary, file = _create_temporary(target, scratch or folder)
     try:
         with with_path(target, temporary), contextlib.ExitStack() as opened:
-            if scratch is None:
-                _remove_stale_temp_files(target)
-            file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             opened.callback(os.close, file)
-            try_lock(file)  # a temporary file without a lock belongs to a dead process
             yield temporary, file
             sync(temporary)
             # A rename keeps the mode of the new file. Replacing a file must not change its permissions.
