@@ -137,7 +137,8 @@ def test_backs_are_cut_away_and_planes_cut() -> None:
 
 def test_colours_backgrounds_and_alpha() -> None:
     flags = pyrender.RenderFlags
-    made = pyrender.Scene(bg_color=[1, 1, 1, 0])  # whole numbers are of 255
+    with pytest.warns(raycam.Notice, match="of 255"):  # whole numbers are of 255
+        made = pyrender.Scene(bg_color=[1, 1, 1, 0])
     made.add(camera(), pose=BACK)
     color, _ = pyrender.OffscreenRenderer(*SIZE).render(made, flags.RGBA)
     assert (color == [1, 1, 1, 0]).all()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import urllib.request
+import warnings
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -247,3 +249,23 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
     assert not viewer.is_active
     with pytest.raises(NotImplementedError, match="render_video"):
         viewer.save_gif()
+
+
+def test_whole_numbers_that_look_like_parts_of_one_are_told() -> None:
+    with pytest.warns(raycam.Notice, match=r"colour \[1, 1, 1\] is of 255"):
+        light = pyrender.DirectionalLight(color=[1, 1, 1])
+    assert light.color.tolist() == [np.float32(1 / 255)] * 3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for color in ([0, 0, 0], [255, 1, 0], [1.0, 1, 0], np.ones(3)):
+            pyrender.PointLight(color=color)
+
+
+def test_a_mesh_that_is_not_of_trimesh_is_refused_with_the_way_on() -> None:
+    @dataclass
+    class Arrays:
+        vertices: Any
+        faces: Any
+
+    with pytest.raises(TypeError, match=r"not Arrays; arrays go to Primitive\(positions"):
+        pyrender.Mesh.from_trimesh(Arrays(np.zeros((3, 3)), [[0, 1, 2]]))

@@ -144,3 +144,10 @@ def test_any_mesh_with_vertices_and_faces() -> None:
     assert caster.contains_points([[0.5, 0.5, 0.5]]).tolist() == [False]
     mesh.faces = np.zeros((0, 3), int)
     assert caster.intersects_first([[0, 0, 0]], [[0, 0, 1]]).tolist() == [-1]
+
+
+def test_names_of_trimesh_that_are_not_here_say_the_way_on() -> None:
+    for name in ("load", "creation", "Trimesh"):
+        with pytest.raises(AttributeError, match=rf"^{name} of trimesh .* raycam.load\(path\)"):
+            getattr(compat, name)
+    assert not hasattr(compat, "__path__")

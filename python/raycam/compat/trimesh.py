@@ -27,6 +27,14 @@ MERGE_TOLERANCE = 1e-8
 """Distance up to which trimesh takes a point to lie on the surface (`trimesh.constants.tol.merge`)."""
 
 
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with the way on: of trimesh's names, those of rays and nearest points alone are here."""
+    raise AttributeError(
+        f"{name} of trimesh is not in raycam.compat.trimesh, which has rays and nearest points alone: meshes stay with "
+        "trimesh, or raycam.load(path) reads them"
+    )
+
+
 class RayMeshIntersector:
     """Ray queries of one mesh: anything with `vertices` [n, 3] and `faces` [m, 3].
 

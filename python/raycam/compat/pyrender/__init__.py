@@ -9,7 +9,7 @@ or, for code that one does not own, before it is imported:
     import pyrender
 
 Pictures are shaded as pyrender's default program does (`shading = "raycam"`: path traced); depth is that of pixel
-centres, exact. Not here, with an error that says so: windows, wireframes, morph targets.
+centres, exact. `Viewer` opens in the browser. Not here, with an error that says so: text, morph targets, joints.
 """
 
 from __future__ import annotations

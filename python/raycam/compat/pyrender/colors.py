@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...notices import warn
+
 __all__ = ["format_color_array", "format_color_vector", "format_texture_source"]
 
 CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
@@ -15,10 +17,14 @@ CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
 def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
     """A colour of `length` channels, float32; one number is all channels, and missing ones are 1.
 
-    Raises `ValueError` for more than one dimension.
+    A notice tells of whole numbers that look like parts of 1. Raises `ValueError` for more than one dimension.
     """
     array = np.asarray(value)
     whole = array.dtype.kind in "iu"
+    if whole and array.size > 0 and array.max() == 1:
+        warn(
+            f"the colour {array.tolist()} is of 255, as pyrender takes whole numbers: nearly black; 1.0 is full"
+        )
     color = array.astype(np.float64) / (255.0 if whole else 1.0)
     if color.ndim == 0:
         color = np.repeat(color, length)

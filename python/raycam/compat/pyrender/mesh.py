@@ -74,8 +74,11 @@ class Mesh(Bounded):
         """
         meshes = list(mesh) if isinstance(mesh, list | tuple | set | np.ndarray) else [mesh]
         for one in meshes:
-            if not (hasattr(one, "faces") and hasattr(one, "vertices")):
-                raise TypeError(f"expected a trimesh.Trimesh or a list of them, not {type(one).__name__}")
+            if not all(hasattr(one, name) for name in ("faces", "vertices", "visual")):
+                raise TypeError(
+                    f"expected a trimesh.Trimesh or a list of them, not {type(one).__name__}; "
+                    "arrays go to Primitive(positions, normals, indices=faces)"
+                )
         made = []
         for one in meshes:
             shown = _material_of(one) if material is None else copy.copy(material)
