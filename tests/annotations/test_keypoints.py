@@ -94,17 +94,20 @@ def box_at(points: np.ndarray, time: float) -> np.ndarray:
     return np.asarray(turned + (1 - time) * START + time * END)
 
 
-def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure."""
+def shown_on(line: float, camera: raycam.Camera, still: raycam.Camera, point: np.ndarray) -> np.ndarray:
+    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure.
+
+    `still` is the camera at rest.
+    """
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
-        return np.asarray(camera.still().project(point)[0])
+        return np.asarray(still.project(point)[0])
     time = READOUT * line + 0.5 * EXPOSURE
     (start, first), (end, last) = ((key["time"], key["pose"]) for key in (track[0], track[-1]))
     part = (time - start) / (end - start)
     turns = Slerp([0, 1], Rotation.from_matrix([first["R"], last["R"]]))
     center = np.array(first["C"]) + part * (np.array(last["C"]) - first["C"])
-    return np.asarray(camera.still().at_pose(turns(part).as_matrix(), center).project(point)[0])
+    return np.asarray(still.at_pose(turns(part).as_matrix(), center).project(point)[0])
 
 
 def share(pixel: np.ndarray, size: tuple[int, int], direction: Readout) -> float:
@@ -131,11 +134,11 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
     points *= EDGES
     found = keypoints(turning().at(0.5), camera, points, [0] * 300)
     shown = raycam.render(turning().at(0.5), camera, samples=1, channels="instance")["instance"]
-    judged = 0
+    judged, still = 0, camera.still()
     for i, point in enumerate(points):
 
         def off(line: float, point: np.ndarray = point) -> float:
-            pixel = shown_on(line, camera, box_at(point, 0.5 + READOUT * (line - 0.5)))
+            pixel = shown_on(line, camera, still, box_at(point, 0.5 + READOUT * (line - 0.5)))
             return share(pixel, camera.size, direction) - line
 
         if off(0.0) <= 0 or off(1.0) >= 0:
@@ -143,7 +146,7 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
             continue
         line = scipy.optimize.brentq(off, 0, 1, xtol=1e-14)
         time = 0.5 + READOUT * (line - 0.5)
-        pixel = shown_on(line, camera, box_at(point, time))
+        pixel = shown_on(line, camera, still, box_at(point, time))
         if not ((pixel > -0.5) & (pixel < np.array(camera.size) - 0.5)).all():
             assert not found.in_picture[i]
             continue
@@ -156,7 +159,7 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
             assert (0 if found.visible[i] else found.occluder[i]) == around[0, 0]
     assert judged > 60
     assert {-1, 0, 1} == set(found.occluder[found.in_picture])
-    standing = keypoints(turning().at(0.5), camera.still(), points, [0] * 300)
+    standing = keypoints(turning().at(0.5), still, points, [0] * 300)
     assert np.nanmax(np.abs(standing.pixels - found.pixels)) > 0.1
 
 

@@ -11,8 +11,8 @@ import pytest
 import raycam
 
 F = 400.0
-SIZE = (161, 121)
-K = np.array([[F, 0, 80], [0, F, 60], [0, 0, 1]])
+SIZE = (81, 61)
+K = np.array([[F, 0, 40], [0, F, 30], [0, 0, 1]])
 EYE = np.eye(3)
 
 
@@ -53,9 +53,9 @@ def test_circle_of_confusion(blades: int, spread: float) -> None:
     radius = F * 0.1 * abs(1 / 4 - 1 / 2)
     (_, before), (mean, after) = (moments(light_of(world, camera, 1024)) for camera in (sharp, blurred))
     np.testing.assert_allclose(after - before, radius**2 * spread, rtol=0.03)
-    np.testing.assert_allclose(mean, [80, 60], atol=0.15)
+    np.testing.assert_allclose(mean, [40, 30], atol=0.15)
     light = light_of(world, blurred)
-    assert light[60, 80 + int(radius) + 3 :].sum() == 0
+    assert light[30, 40 + int(radius) + 3 :].sum() == 0
 
 
 def test_what_is_in_focus_is_sharp() -> None:
@@ -83,7 +83,7 @@ def test_smear_of_a_moving_camera() -> None:
     (_, before), (mean, after) = (moments(light_of(world, camera, 1024)) for camera in (camera_at(), moving))
     assert after[0] - before[0] == pytest.approx(length**2 / 12, rel=0.02)
     assert after[1] == pytest.approx(before[1], abs=0.05)
-    np.testing.assert_allclose(mean, [80, 60], atol=0.1)
+    np.testing.assert_allclose(mean, [40, 30], atol=0.1)
     np.testing.assert_allclose(moving.C, [0, 0, 0], atol=1e-15)
 
 
@@ -98,7 +98,7 @@ def test_rolling_shutter_by_rows_skews_upright_lines(
     rows = np.arange(SIZE[1])
     columns = np.array([np.flatnonzero(row >= 0).mean() for row in frame["instance"]])
     share = (rows + 0.5) / SIZE[1]
-    expected = 80 - sign * F * 0.2 / 4 * (share - 0.5)
+    expected = 40 - sign * F * 0.2 / 4 * (share - 0.5)
     assert np.abs(columns - expected).max() <= 0.5 + 1e-9
     assert frame.reprojection_error() <= 1e-3
 
@@ -111,7 +111,7 @@ def test_rolling_shutter_by_columns(direction: raycam.camera._optics.Readout, si
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
     rows = np.array([np.flatnonzero(column >= 0).mean() for column in frame["instance"].T])
     share = (np.arange(SIZE[0]) + 0.5) / SIZE[0]
-    assert np.abs(rows - (60 - sign * F * 0.2 / 4 * (share - 0.5))).max() <= 0.5 + 1e-9
+    assert np.abs(rows - (30 - sign * F * 0.2 / 4 * (share - 0.5))).max() <= 0.5 + 1e-9
     assert frame.reprojection_error() <= 1e-3
 
 
@@ -119,7 +119,7 @@ def test_vignetting() -> None:
     world = world_of([9, 9, 1e-4], [0, 0, 2])
     plain = raycam.render(world, camera_at(), integrator="flat", samples=4)["color"][..., 0]
     y, x = np.indices(plain.shape)
-    squared = ((x - 80) ** 2 + (y - 60) ** 2) / F**2
+    squared = ((x - 40) ** 2 + (y - 30) ** 2) / F**2
     for camera, factor in (
         (camera_at().with_vignetting(cos4=True), (1 + squared) ** -2),
         (camera_at().with_vignetting(polynomial=[-2.0, 1.5]), 1 - 2 * squared + 1.5 * squared**2),
