@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import subprocess
 from pathlib import Path
@@ -103,10 +104,11 @@ def test_a_calibration_without_a_pose_frames_the_model(
 def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sky = raycam.Frame({"color": np.full((8, 16, 3), [2, 0, 0], np.float32)}, camera=None, size=(16, 8))
     sky.save("red.hdr")
-    assert run(f"render ball.glb -o hdri.png --hdri red.hdr --hdri-rotation 30 {SMALL}") == 0
-    assert "studio" not in capsys.readouterr().err
-    seen = picture("hdri.png").astype(int)
-    assert seen[0, 0, 0] == 255
+    for view in ("", "--view standard"):
+        assert run(f"render ball.glb -o hdri.png --hdri red.hdr --hdri-rotation 30 {view} {SMALL}") == 0
+        assert "studio" not in capsys.readouterr().err
+        seen = picture("hdri.png").astype(int)
+        assert (seen[0, 0, 0] == 255) == (view != ""), "what is beyond white is rolled off"
     assert (seen[..., 1:] == 0).all()
     for side, brighter in (("90", "right"), ("-90", "left")):
         assert (
@@ -120,6 +122,27 @@ def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert (read["instance"] == 1).any()
     assert run("render spot.toml -o s.png --studio --size 48x30 --samples 1") == 0
     assert "added to 2 of the world" in capsys.readouterr().err
+
+
+def test_shadows_on_a_clear_background(folder: Path) -> None:
+    for ground in ("", "--ground shadow"):
+        assert run(f"render ball.glb -o clear.png --background transparent {ground} {SMALL}") == 0
+        clear = picture("clear.png").astype(int)
+        dark = (clear[..., 3] > 0) & (clear[..., 3] < 250) & (clear[..., :3].max(axis=2) < 40)
+        assert (dark.sum() > 200) == (ground != ""), "the shadow is dark and half transparent"
+
+
+def test_numbers_that_begin_with_a_minus(folder: Path) -> None:
+    for given in ("--view-from -1,0.5,-2", "--view-from=-1,0.5,-2", "--view-from -.5,.25,-1e0"):
+        assert run(f"render ball.glb -o side.npz {given} {SMALL} --channels position") == 0
+        with np.load("side.npz") as read:
+            to_camera = read["C"] / np.linalg.norm(read["C"])
+        np.testing.assert_allclose(to_camera, np.array([-1, 0.5, -2]) / 5.25**0.5, atol=1e-3)
+
+
+def test_truth_needs_no_studio(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(f"render ball.glb -o truth.npz {SMALL} --channels depth") == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_backgrounds(folder: Path) -> None:
@@ -208,6 +231,27 @@ def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) 
     assert run(f"{command} --size 16x12") in (1, 2)
     assert ERRORS[command] in capsys.readouterr().err
     assert not [path for path in folder.iterdir() if path.name != "ball.glb"]
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (
+            "render ball.glb --turntable --fps 12",
+            r"--fps 12; raycam video has --fps \(see raycam render --help",
+        ),
+        ("render ball.glb --sampels 3", r"did you mean --samples\? \(see raycam render --help"),
+        ("dataset a.toml -o x --hdri a.hdr", "raycam render, raycam video have --hdri"),
+        ("info ball.glb other.glb", "unrecognized arguments: other.glb \\(see raycam info --help"),
+    ],
+)
+def test_unknown_options_name_the_way_on(
+    folder: Path, capsys: pytest.CaptureFixture[str], command: str, said: str
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run(command)
+    assert ended.value.code == 2
+    assert re.search(said, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(

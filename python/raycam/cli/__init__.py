@@ -35,7 +35,7 @@ from . import (
     video,
     view,
 )
-from ._options import LOUDNESS, TOLD, add_loudness, set_loudness
+from ._options import LOUDNESS, TOLD, add_loudness, options_of, set_loudness
 
 __all__ = ["COMMANDS", "main"]
 
@@ -95,7 +95,9 @@ def _main(words: Sequence[str]) -> int:
             model = words[0].lower().endswith((".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".toml"))
             way = f"; a picture of a model: raycam render {words[0]}" if model else ""
             parser.error(f"{nearest('command', words[0], list(COMMANDS))}{way}")
-        options = parser.parse_args(_joined(words))
+        options, others = parser.parse_known_args(_joined(words))
+        if others:
+            _refuse(options.commands(), options.command, others)
         set_loudness(options.quiet, options.verbose)
         options.run(options)
         sys.stdout.flush()
@@ -112,6 +114,20 @@ def _main(words: Sequence[str]) -> int:
             traceback.print_exc()
         print(f"raycam: error: {_message(error)}", file=sys.stderr)
         return 2 if isinstance(error, SettingsError) else 1
+
+
+def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Sequence[str]) -> NoReturn:
+    """Exits with the words that a command does not know, and the nearest option or the commands that have it."""
+    import difflib
+
+    message = f"unrecognized arguments: {' '.join(others)}"
+    option = next((word.partition("=")[0] for word in others if word.startswith("--")), "")
+    having = [f"raycam {other}" for other, command in commands.items() if option in options_of(command)]
+    if having:
+        message += f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} {option}"
+    elif near := difflib.get_close_matches(option, options_of(commands[name]), n=1):
+        message += f"; did you mean {near[0]}?"
+    commands[name].error(message)
 
 
 def _open_closed_streams() -> None:
@@ -140,7 +156,10 @@ def _write_utf8() -> None:
 
 
 def _joined(words: Sequence[str]) -> list[str]:
-    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" for an option; splits "--pixel 320,240"."""
+    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" and "-1,0,2" for options.
+
+    Splits "--pixel 320,240".
+    """
     joined: list[str] = []
     for word in words:
         if word.startswith("--pixel=") and "," in word:
@@ -153,7 +172,7 @@ def _joined(words: Sequence[str]) -> list[str]:
             joined[-1] = f"--output={word}"  # -.npz and so on: the standard output
             continue
         after = joined and joined[-1].startswith("--") and "=" not in joined[-1]
-        if after and re.fullmatch(r"-\d+:-?\d*", word):
+        if after and re.fullmatch(r"-[\d.][\d.eE]*[:,][\d.eE,:+-]*", word):
             joined[-1] += f"={word}"
         else:
             joined.append(word)

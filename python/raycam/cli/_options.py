@@ -180,6 +180,11 @@ class Renamed(argparse.Action):
         setattr(namespace, self.dest, self.const if self.nargs == 0 else values)
 
 
+def options_of(command: argparse.ArgumentParser) -> list[str]:
+    """The options of a command, as they are typed."""
+    return [option for action in command._actions for option in action.option_strings]
+
+
 def add_rendering(command: argparse.ArgumentParser) -> None:
     """Adds the arguments of `raycam.render`."""
     group = command.add_argument_group("quality", "what is not given is what [render] of the world file says")
@@ -187,10 +192,15 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--integrator",
         metavar="NAME",
-        help="direct: lit, with shadows (default); path: all light; ao: open sky; flat: plain colours; reference: flat "
-        "by the lecture, slow",
+        help="direct: lit, with shadows (default); path: all light (default in the studio and with --hdri); "
+        "ao: open sky; flat: plain colours; reference: flat by the lecture, slow",
     )
-    group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
+    group.add_argument(
+        "--samples",
+        metavar="N",
+        type=int,
+        help="rays per pixel (default 16; in the studio 8, with --hdri 32)",
+    )
     group.add_argument(
         "--noise-threshold",
         "--noise",
@@ -253,7 +263,8 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--view",
         metavar="NAME",
-        help="what is brighter than white: standard (cut off, default), agx, pbr_neutral",
+        help="what is brighter than white: standard (cut off, default), agx, pbr_neutral (default in the studio "
+        "and with --hdri)",
     )
 
 

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterable, Iterator
 from typing import get_args
 
-from ._options import Command
+from ._options import Command, options_of
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -102,8 +102,7 @@ def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
     yield '    if [ "${word#-}" != "$word" ]; then'
     yield '        case "${COMP_WORDS[1]}" in'
     for name, command in parsers.items():
-        options = [option for action in _actions(command) for option in action.option_strings]
-        yield f'            {name}) words="{" ".join(options)}" ;;'
+        yield f'            {name}) words="{" ".join(options_of(command))}" ;;'
     yield "        esac"
     yield "    fi"
     yield '    if [ -n "$words" ]; then COMPREPLY=($(compgen -W "$words" -- "$word")); fi'

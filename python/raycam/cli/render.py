@@ -126,6 +126,8 @@ def _run(options: argparse.Namespace) -> None:
     _render(options, output, world, camera, channel_names(names), save)
 
 
+LIGHT = frozenset({"color", "error"})
+"""The channels that show light."""
 LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background", "background_camera")
 """The options of looks."""
 
@@ -157,9 +159,8 @@ def _render(
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
         reject_look(options, ("background",), "goes without --workers, --cluster and --shard")
-        shown, settings = dressed(
-            world, camera, options, settings, truth_of_world=set(names) <= {"color", "error"}
-        )
+        shaded, truth = not LIGHT.isdisjoint(names), not set(names) <= LIGHT
+        shown, settings = dressed(world, camera, options, settings, shaded=shaded, truth_of_world=not truth)
         if _by_job(options, output, shown, camera, names, save, settings) is None:
             print_result(f"shard {options.shard} is finished; {output} is made when all are")
         return
@@ -183,7 +184,7 @@ def _picture(
     from ..render import render
 
     def one(title: str, channels: Sequence[str], own: dict[str, Any]) -> Frame:
-        shown, used = dressed(world, camera, options, own)
+        shown, used = dressed(world, camera, options, own, shaded=not LIGHT.isdisjoint(channels))
         start = time.monotonic()
         print_detail(
             f"{title}: {', '.join(f'{name}={value}' for name, value in used.items()) or 'the defaults'}"

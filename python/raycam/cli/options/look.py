@@ -18,9 +18,11 @@ __all__ = ["add_look", "dressed"]
 
 SUN, SKY = 2.6, 0.4
 """The irradiance of the sun of `--sun`, and the radiance of its pale sky."""
+HDRI_FLOOR = 0.4
+"""The reflectance of the floor of `--ground` under `--hdri`: skies are bright, and a shadow is to be seen on it."""
 SURROUND = {"environment", "sky", "daylight"}
 """Types of light that come from all around."""
-HDRI_SETTINGS = {"integrator": "path", "max_depth": 4, "samples": 32}
+HDRI_SETTINGS = {"integrator": "path", "max_depth": 4, "samples": 32, "view": "pbr_neutral"}
 """Settings of pictures by `--hdri`, of those that nobody gives."""
 
 
@@ -58,7 +60,11 @@ def add_look(command: argparse.ArgumentParser) -> None:
         "--studio", action="store_true", help="the studio, also for worlds with lights or cameras"
     )
     group.add_argument(
-        "--ground", metavar="COLOR", nargs="?", const="", help="a floor under it, for shadows to fall on"
+        "--ground",
+        metavar="COLOR|shadow",
+        nargs="?",
+        const="",
+        help="a floor under it, for shadows to fall on; shadow: its shadows alone, over --background",
     )
     group.add_argument(
         "--background",
@@ -79,12 +85,14 @@ def dressed(
     options: argparse.Namespace,
     settings: dict[str, Any],
     *,
+    shaded: bool = True,
     truth_of_world: bool = True,
 ) -> tuple[World, dict[str, Any]]:
     """The world with the lights and the ground of the options, and the settings of rendering.
 
-    Without such options, a world that nothing lights and that no camera of its own shows stands in the studio. If not
-    `truth_of_world`, the studio has no floor: its ground truth would be in the way.
+    Without such options, a world that nothing lights and that no camera of its own shows stands in the studio, if the
+    picture is `shaded`: depth and ids need no light. If not `truth_of_world`, the studio has no floor: its ground truth
+    would be in the way.
     """
     from ...render import STUDIO_NOTICE, is_unlit, studio_settings
 
@@ -93,13 +101,13 @@ def dressed(
     lit_by_options = bool(options.hdri or options.sun or options.studio)
     asked = world.render_settings | settings
     in_studio = options.studio
-    if not lit_by_options and is_framed(world, options) and is_unlit(world, camera, asked):
+    if shaded and not lit_by_options and is_framed(world, options) and is_unlit(world, camera, asked):
         in_studio = True
         print_notice(STUDIO_NOTICE)
     if lit_by_options and world.lights:
         count = len(world.lights)
         print_notice(f"the lights of the options are added to {count} of the world")
-    if not in_studio and not lit_by_options:
+    if shaded and not in_studio and not lit_by_options:
         _tell_of_lights(world, options)
     if not in_studio and not lit_by_options and options.ground is None:
         return world, settings
@@ -111,7 +119,7 @@ def dressed(
         world = world.with_cameras({})
     _add_lights(world, options)
     if options.ground is not None:
-        world.add_ground(**({"color": options.ground} if options.ground else {}))
+        world.add_ground(**_ground(options))
         if world._bare is not None:
             world._bare = None  # a ground that is asked for is part of the world
     if options.hdri is not None:
@@ -120,6 +128,14 @@ def dressed(
             del own["samples"]
         settings = own | world.render_settings | settings
     return world, settings
+
+
+def _ground(options: argparse.Namespace) -> dict[str, Any]:
+    """The keys of the floor of `--ground`."""
+    if options.ground == "shadow":
+        return {"shadow_catcher": True}
+    color = options.ground or (HDRI_FLOOR if options.hdri is not None else None)
+    return {"color": color}
 
 
 def _tell_of_lights(world: World, options: argparse.Namespace) -> None:
