@@ -125,7 +125,7 @@ def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Seq
     having = [f"raycam {other}" for other, command in commands.items() if option in options_of(command)]
     if having:
         message += f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} {option}"
-    elif near := difflib.get_close_matches(option, options_of(commands[name]), n=1):
+    elif near := difflib.get_close_matches(option, options_of(commands[name]), n=1, cutoff=0.75):
         message += f"; did you mean {near[0]}?"
     commands[name].error(message)
 
