@@ -14,7 +14,7 @@ __all__ = ["info", "info_cameras"]
 
 
 def info(world: World) -> str:
-    """Returns counts, bounds, objects, lights, cameras with their matrices, video and notices, as text."""
+    """Returns counts, bounds, objects, lights, cameras with their matrices, video, animations and notices, as text."""
     return "\n".join(_lines(world))
 
 
@@ -60,6 +60,11 @@ def _lines(world: World) -> Iterator[str]:
     if world.video is not None:
         video = world.video
         yield f"video      {video.frames} frames, {video.seconds:g} s at {video.fps:g} fps"
+    if world.animations:
+        yield f"animations {len(world.animations)}"
+        yield from (f"  animation {each.name!r}: {each.duration:.6g} s" for each in world.animations)
+    if world.variants:
+        yield "variants   " + ", ".join(map(repr, world.variants))
     if world.render_settings:
         yield "rendering  " + ", ".join(f"{key} {value}" for key, value in world.render_settings.items())
     yield f"notices    {len(world.notices)}"

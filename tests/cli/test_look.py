@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+import raycam.video
 from PIL import Image
 from raycam.cli import main
 from support.gltf_document import variant_square
@@ -130,6 +131,34 @@ def test_shadows_on_a_clear_background(folder: Path) -> None:
         clear = picture("clear.png").astype(int)
         dark = (clear[..., 3] > 0) & (clear[..., 3] < 250) & (clear[..., :3].max(axis=2) < 40)
         assert (dark.sum() > 200) == (ground != ""), "the shadow is dark and half transparent"
+
+
+def test_all_of_a_motion_is_framed(folder: Path) -> None:
+    Path("moves.toml").write_text(
+        """
+        [[object]]
+        name = "ball"
+        sphere = { radius = 1 }
+        [video]
+        seconds = 1
+        keyframe = [
+            { time = 0, object = "ball", location = [0, 0, 0] },
+            { time = 0.5, object = "ball", location = [4, 0, 3] },
+            { time = 1, object = "ball", location = [-2, 1, 0] },
+        ]
+        """
+    )
+    film = raycam.video.VideoPlan("moves.toml")
+    by_command = []
+    for time in (0.0, 0.4, 0.5, 1.0):
+        assert run(f"render moves.toml -o a.npz --at {time} {SMALL} --channels instance") == 0
+        with np.load("a.npz") as read:
+            seen = read["instance"] == 0
+            by_command.append(read["C"])
+        edge = np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]])
+        assert seen.any()
+        assert not edge.any(), "nothing is cut off"
+    np.testing.assert_allclose(by_command, [film.camera.location] * 4, atol=1e-9)
 
 
 def test_numbers_that_begin_with_a_minus(folder: Path) -> None:

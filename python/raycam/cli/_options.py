@@ -337,12 +337,17 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
     return cameras.find(name) if name else next(iter(cameras.values()))
 
 
-def view(world: World, options: argparse.Namespace) -> Camera:
-    """The camera of `--camera` and `--size`, at the place of `--view-from` and `--zoom`."""
+def view(world: World, options: argparse.Namespace, *, moving: bool = False) -> Camera:
+    """The camera of `--camera` and `--size`, at the place of `--view-from` and `--zoom`.
+
+    If the world is shown `moving`, all of its motion fits.
+    """
     from ..camera.asked import UNPOSED, is_unposed_within
+    from ..world.framing import framing_camera, moments_of
 
     if is_framed(world, options):
-        return world.view_from(**_framing(world, options))
+        moments = moments_of(world, options.animation) if moving else []
+        return framing_camera(world, **_framing(world, options), moments=moments)
     camera = _given_camera(world, options)
     if options.camera is not None and is_unposed_within(world, camera):
         print_notice(f"{UNPOSED}; --view-from SIDE puts it where the world fits")

@@ -79,7 +79,11 @@ def _add(command: argparse.ArgumentParser) -> None:
         type=float,
         help="the world, and the camera, at a time of its video or animation; shutters see it move on",
     )
-    group.add_argument("--animation", metavar="NAME", help="of --at, where a glTF file has several")
+    group.add_argument(
+        "--animation",
+        metavar="NAME",
+        help="of --at, where a glTF file has several: a name, or a number from 0",
+    )
     add_rig(group)
     add_job(command)
     command.set_defaults(run=_run)
@@ -249,10 +253,13 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
         return world, view(world, options) if rig is None else next(iter(rig.values())), rig
+    if options.animation is not None and options.animation.isdecimal():
+        names = [each.name for each in world.animations]
+        options.animation = options.animation if options.animation in names else int(options.animation)
     moment = world.at(options.at, options.animation)
     # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
     seen = moment if world.cameras else world
-    camera = view(seen, options) if rig is None else next(iter(rig.values()))
+    camera = view(seen, options, moving=seen is world) if rig is None else next(iter(rig.values()))
     if world.video is not None:
         camera = world.camera_at(camera, options.at)
         rig = None if rig is None else world.rig_at(rig, options.at)

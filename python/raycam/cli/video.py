@@ -95,7 +95,7 @@ def _seen(
     from ..video import with_orbit
 
     still = options.turntable and is_framed(world, options)
-    camera = turning_view(world, options) if still else view(world, options)
+    camera = turning_view(world, options) if still else view(world, options, moving=not options.turntable)
     lit, settings = dressed(world, camera, options, settings)
     if options.turntable:
         lit = with_orbit(lit, target=world.bounds)

@@ -25,6 +25,7 @@ from ..render.frame import Frame
 from ..render.old_names import current_names
 from ..rig import Rig
 from ..world import Animation, World
+from ..world.framing import framing_camera, moments_of
 from .files import check_video, open_video, picture_name
 
 __all__ = ["VideoPlan", "write_video"]
@@ -73,11 +74,13 @@ class VideoPlan:
             if rig[1] not in rig[0]:
                 raise CameraError(nearest("camera", rig[1], list(rig[0])))
             camera = rig[0][rig[1]]
-        self.camera = world.default_camera() if camera is None else camera
-        """The camera, before the video moves it."""
         animations = world.animations
         if animation is not None or animations:
             animation = _number(animations, animation)
+        if camera is None and not world.cameras:
+            camera = framing_camera(world, moments=moments_of(world, animation))
+        self.camera = world.default_camera() if camera is None else camera
+        """The camera, before the video moves it."""
         if world.video is None and animation is None:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")

@@ -16,7 +16,7 @@ from ..errors import CameraError, SettingsError, nearest
 if TYPE_CHECKING:
     from . import World
 
-__all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera"]
+__all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera", "moments_of"]
 
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "default": (1.0, 2.463, 1.085),
@@ -36,6 +36,9 @@ MARGIN = 0.9
 MAX_TRIANGLES = 400_000
 """Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
 
+MOMENTS = 9
+"""The times, evenly from its beginning to its end, by which a motion is framed."""
+
 
 def axes_of(up: str) -> Floats:
     """The unit vectors [3, 3] to the right, to the front and up, in rows; "front" is where the default view stands."""
@@ -53,17 +56,22 @@ def framing_camera(
     zoom: float = 1.0,
     turning: bool = False,
     camera: Camera | None = None,
+    moments: Sequence[World] = (),
 ) -> Camera:
     """A camera from which the whole world just fits into the picture; see `World.view_from`.
 
-    If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle.
+    If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle. If there are
+    `moments` of the world, all of them fit.
     """
     if camera is not None:
         size = camera.size
     toward = _direction(direction, world.up)
-    points = bounding_corners(world)
-    if points is None:
+    share = MAX_TRIANGLES // max(len(moments), 1)
+    found = [bounding_corners(moment, share) for moment in moments or (world,)]
+    clouds = [cloud for cloud in found if cloud is not None]
+    if not clouds:
         raise CameraError("the world has no objects: there is nothing to look at")
+    points = np.concatenate(clouds)
     if not 0 < zoom < np.inf:
         raise SettingsError(f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again")
     _, front, upward = axes_of(world.up)
@@ -149,12 +157,30 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     return product(turn, rotation)
 
 
-def bounding_corners(world: World) -> Floats | None:
-    """Points [n, 3] that bound the world: all corners of its triangles, or those of its bounds; None if it is empty."""
+def moments_of(world: World, animation: str | int | None = None) -> list[World]:
+    """The world at even times of its video and its animation; none where it has neither."""
+    animations = world.animations
+    names = [each.name for each in animations]
+    if isinstance(animation, str):
+        number = int(animation) if animation.isdecimal() else None
+        animation = names.index(animation) if animation in names else number
+    length = 0.0 if world.video is None else world.video.seconds
+    if animations:
+        moving = animation if isinstance(animation, int) and animation < len(names) else 0
+        length = max(length, animations[moving].duration)
+    times = [length * number / (MOMENTS - 1) for number in range(MOMENTS)] if length > 0 else []
+    return [world.at(time, animation) for time in times]
+
+
+def bounding_corners(world: World, most: int = MAX_TRIANGLES) -> Floats | None:
+    """Points [n, 3] that bound the world: all corners of up to `most` triangles, or those of its bounds.
+
+    None if it is empty.
+    """
     bounds = world.bounds
     if bounds is None:
         return None
-    if world.counts["triangles"] <= MAX_TRIANGLES:
+    if world.counts["triangles"] <= most:
         corners = world.triangles().reshape(-1, 3)
         corners = corners[np.isfinite(corners).all(axis=1)]
         if len(corners):
