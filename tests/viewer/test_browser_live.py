@@ -194,6 +194,32 @@ def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
     assert np.array_equal(session.given.R, before.R)
 
 
+def test_a_walk_keeps_the_eyes_above_the_ground(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    before = session.given.location
+    tab.evaluate("document.getElementById('picture').focus()")
+    for said in ("Fly", "Walk"):
+        tab.press("Tab")
+        tab.wait(f"document.getElementById('message').textContent.startsWith('{said}')")
+    x, y = place_of(tab, 40, 30, session.size)
+    tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+    tab.wait("document.getElementById('message').textContent === 'Speed: 1.3 times.'")
+    assert np.array_equal(session.given.location, before)
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="W", code="KeyW", modifiers=8)
+    # Over the ball, whose top is at 2 m, where it has to climb.
+    until(lambda: np.hypot(*session.given.location[:2]) < 0.9)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", key="W", code="KeyW", modifiers=8)
+    above = session.given.location[2]
+    assert before[2] + 1 < above <= before[2] + 2
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="w", code="KeyW")
+    until(lambda: np.hypot(*session.given.location[:2]) > 2)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", key="w", code="KeyW")
+    assert session.given.location[2] == pytest.approx(before[2], abs=1e-3)
+    tab.press("Tab")
+    tab.wait("document.getElementById('message').textContent.startsWith('Orbit')")
+
+
+
 def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     let_go = threading.Event()
     next_work = Scheduler._next

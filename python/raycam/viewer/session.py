@@ -27,7 +27,7 @@ from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
 from .pace import Pace
-from .probe import point_at
+from .probe import ground_below, point_at
 from .scene import navigation
 from .scene.copies import FILES, camera_text
 from .scene.edits import Edits
@@ -454,6 +454,9 @@ class Session:
             moved = navigation.pan(camera, self.pivot, dx, dy)
         elif kind == "move":
             moved = navigation.move(camera, *(self._pace_of_flight() * step for step in (dx, dy, dz)))
+        elif kind == "walk":
+            steps = (self._pace_of_flight() * step for step in (dx, dy, dz))
+            moved = navigation.walk(camera, *steps, lambda place: ground_below(self.world, camera, place, self._pace_of_flight() / 2))
         elif kind == "roll":
             moved = navigation.roll(camera, math.radians(dx))
         elif kind == "dolly":
