@@ -219,7 +219,6 @@ def test_a_walk_keeps_the_eyes_above_the_ground(tab: Tab, live: Server) -> None:
     tab.wait("document.getElementById('message').textContent.startsWith('Orbit')")
 
 
-
 def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     let_go = threading.Event()
     next_work = Scheduler._next

@@ -60,7 +60,7 @@ def at_line(camera: Camera, column: int, row: int) -> Camera:
 
 
 def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
-    """The world in the middle of the exposure of the line of `pixel` [2]; itself before a shutter that does not roll."""
+    """The world in the middle of the exposure of the line of `pixel` [2]; itself without a readout."""
     if camera.shutter is None or camera.shutter["readout"] == 0:
         return world
     return world._derived(world._core.at_line(camera._core, pixel.tolist()))

@@ -12,6 +12,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -455,8 +456,9 @@ class Session:
         elif kind == "move":
             moved = navigation.move(camera, *(self._pace_of_flight() * step for step in (dx, dy, dz)))
         elif kind == "walk":
-            steps = (self._pace_of_flight() * step for step in (dx, dy, dz))
-            moved = navigation.walk(camera, *steps, lambda place: ground_below(self.world, camera, place, self._pace_of_flight() / 2))
+            step = self._pace_of_flight()
+            below = partial(ground_below, self.world, camera, foot=step / 2)
+            moved = navigation.walk(camera, dx * step, dy * step, dz * step, below)
         elif kind == "roll":
             moved = navigation.roll(camera, math.radians(dx))
         elif kind == "dolly":
