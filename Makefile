@@ -1,6 +1,6 @@
 # Daily work
 #   make check   formatting, ruff, mypy, cargo check: half a minute
-#   make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
+#   make lint    formatting, clippy, ruff, mypy, stubs, types of JavaScript; warnings are errors
 #   make test    what CI runs: lints as errors, then every test in its short form
 #   make proof   what takes long: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
 #
@@ -63,6 +63,7 @@ lint: $(DONE)/build $(DONE)/develop
 	cargo fmt --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
 	.ci/web check
+	.ci/client $(VENV)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

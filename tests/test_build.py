@@ -126,3 +126,31 @@ def test_ci_runs_make_test() -> None:
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
     assert "make test" in script.read_text()
+
+
+def test_types_of_the_client_are_left_out_aloud_and_never_where_they_are_needed(tools: Path) -> None:
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [str(tools / "bash"), str(ROOT / ".ci" / "client"), str(tools.parent / "venv"), *words],
+            env={"PATH": str(tools)},
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+        )
+
+    left_out, failed = run(), run("needed")
+    assert (left_out.returncode, failed.returncode) == (0, 1)
+    assert left_out.stdout == failed.stdout
+    assert "left out: there is no node" in left_out.stdout
+
+    stand_in(tools, "node", "true")
+    stand_in(tools, "npm", "exit 1")
+    assert "npm could not get typescript@" in run().stdout
+
+    made = tools.parent / "venv" / "typescript-5.9.3" / "node_modules" / "typescript" / "bin"
+    made.mkdir(parents=True)
+    (made / "tsc").touch()
+    stand_in(tools, "node", 'echo "$*"; exit 2')
+    wrong = run()
+    assert wrong.returncode == 2
+    assert "--checkJs --strict" in wrong.stdout

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from raycam.camera._optics import Readout
+from raycam.viewer.probe import point_at
 
 SIZE = (64, 48)
 LENSES: dict[str, dict[str, Any]] = {
@@ -75,6 +77,52 @@ def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
             assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
             assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
             assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+
+
+@pytest.mark.parametrize("direction", ["down", "left"])
+@pytest.mark.parametrize("moves", [False, True])
+def test_what_moves_before_a_rolling_shutter_is_explained_as_it_is_rendered(
+    moves: bool, direction: Readout
+) -> None:
+    world = made_world()
+    keys = [
+        {"time": 0, "object": "box", "location": [-0.6, -0.5, 0], "yaw": 0},
+        {"time": 1, "object": "box", "location": [0.6, 0.4, 0.3], "yaw": 120},
+        {"time": 0, "object": "ball", "location": [1.2, 1.5, 0]},
+        {"time": 1, "object": "ball", "location": [1.2, -0.5, 0.2]},
+    ]
+    world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+    moment, eye = world.at(0.5), camera_with(**LENSES["opencv"])
+    camera = (
+        eye.moving(eye.at_pose(eye.R, [3.8, -3.1, 2.1]), exposure=0.02, readout=0.6, direction=direction)
+        if moves
+        else eye.exposing(0.02, readout=0.6, direction=direction)
+    )
+    channels = ["depth", "distance", "instance", "triangle", "position"]
+    frame = raycam.render(moment, camera, samples=1, channels=channels, integrator="flat")
+    standing = raycam.render(moment, eye, samples=1, channels=["depth"], integrator="flat")["depth"]
+    others = 0
+    for column in range(2, SIZE[0], 7):
+        for row in range(2, SIZE[1], 7):
+            found = raycam.explain(moment, camera, (column, row))
+            seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
+            assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
+            assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
+            assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+            point = point_at(moment, camera, column + 0.5, row + 0.5)
+            if point is not None:
+                np.testing.assert_allclose(point, frame["position"][row, column], atol=1e-5)
+            others += not np.isclose(found.depth, standing[row, column], atol=0.01)
+    assert others > 3  # or nothing has moved
+
+
+def test_before_a_global_shutter_the_middle_of_the_exposure_is_explained() -> None:
+    world = made_world()
+    keys = [{"time": t, "object": "box", "location": [x, 0, 0]} for t, x in ((0, -2.0), (1, 2.0))]
+    world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+    moment, camera = world.at(0.5), camera_with().exposing(0.4)
+    frame = raycam.render(moment, camera, samples=1, channels=["depth"], integrator="flat")
+    assert raycam.explain(moment, camera, (28, 24)).depth == pytest.approx(frame["depth"][24, 28], rel=1e-6)
 
 
 def test_the_text_has_the_steps() -> None:

@@ -194,6 +194,33 @@ def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
     assert np.array_equal(session.given.R, before.R)
 
 
+def test_a_walk_keeps_the_eyes_above_the_ground(
+    tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = opened(tab, live, SAMPLES)
+    before = session.given.location
+    tab.evaluate("document.getElementById('picture').focus()")
+    for said in ("Fly", "Walk"):
+        tab.press("Tab")
+        tab.wait(f"document.getElementById('message').textContent.startsWith('{said}')")
+    x, y = place_of(tab, 40, 30, session.size)
+    tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+    tab.wait("document.getElementById('message').textContent === 'Speed: 1.3 times.'")
+    assert np.array_equal(session.given.location, before)
+    places, go = [before], session._go
+    monkeypatch.setattr(session, "_go", lambda moved: (places.append(moved.location), go(moved)))
+    # Over the ball, whose top is at 2 m, and down again; slow machines see only some of the places.
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="W", code="KeyW", modifiers=8)
+    until(lambda: places[-1][0] < -2)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", key="W", code="KeyW", modifiers=8)
+    heights = [float(place[2]) for place in places if abs(place[0]) < 5]
+    assert before[2] + 1 < max(heights) <= before[2] + 2
+    outside = [place[2] for place in places if 1.5 < np.hypot(*place[:2]) < 5]
+    assert outside == pytest.approx([before[2]] * len(outside), abs=1e-3)
+    tab.press("Tab")
+    tab.wait("document.getElementById('message').textContent.startsWith('Orbit')")
+
+
 def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     let_go = threading.Event()
     next_work = Scheduler._next

@@ -9,6 +9,7 @@ import pytest
 import raycam
 from hypothesis import given
 from hypothesis import strategies as st
+from raycam.viewer import probe
 from raycam.viewer.scene import navigation
 
 PIVOT = np.array([0.2, -0.1, 0.4])
@@ -83,6 +84,69 @@ def test_moving_goes_along_right_up_and_forward() -> None:
     camera = pinhole()
     moved = navigation.move(camera, 1, 2, 3)
     assert np.allclose(moved.C - camera.C, camera.R[0] + [0, 0, 2] + 3 * camera.forward)
+
+
+def steps_at(x: float) -> float:
+    """The height of the ground of `stairs` at x: steps of 0.2 m, then nothing."""
+    return 0.2 * math.floor(x) if 0 <= x < 5 else math.nan
+
+
+def stairs(up: str) -> raycam.World:
+    """Boxes along x, each higher than the one before."""
+    world = raycam.World(up=up)
+    for i in range(5):
+        height = 0.2 * i + 1
+        middle, size = [i + 0.5, 0, height / 2 - 1], [1, 4, height]
+        if up == "y":
+            middle, size = ([each[0], each[2], -each[1]] for each in (middle, size))
+        world.add_object(box={"size": np.abs(size).tolist()}, location=middle)
+    return world
+
+
+@pytest.mark.parametrize("pitch", [-90, -30, 0, 60, 90])
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_a_walk_keeps_the_height_of_the_eyes_on_stairs(up: str, pitch: float) -> None:
+    world, axis = stairs(up), 2 if up == "z" else 1
+    upwards, angle = np.eye(3)[axis], math.radians(pitch)
+    right = np.cross([1, 0, 0], upwards)
+    forward = np.array([math.cos(angle), 0, 0]) + math.sin(angle) * upwards
+    ahead = np.array([right, np.cross(forward, right), forward])
+    camera = pinhole(up).at_pose(ahead, [0.4, 0.3, 0.3] + (1.6 - 0.3) * upwards)
+
+    def below(place: np.ndarray) -> float | None:
+        return probe.ground_below(world, camera, place, 0.01)
+
+    for i in range(1, 10):
+        camera = navigation.walk(camera, 0, 0, 0.4, below)
+        assert camera.location[0] == pytest.approx(0.4 + 0.4 * i)
+        assert camera.location[axis] == pytest.approx(1.6 + steps_at(camera.location[0] + 0.01), abs=1e-5)
+        assert np.allclose(camera.R, ahead, atol=1e-12)
+    camera = navigation.walk(camera, 0, 0.5, 0, below)  # taller
+    high = camera.location[axis]
+    camera = navigation.walk(camera, 0, 0, -2, below)
+    assert camera.location[axis] == pytest.approx(high - 0.4, abs=1e-5)
+    beside = navigation.walk(camera, 0.2, 0, 0, below).location - camera.location
+    assert beside == pytest.approx(0.2 * camera.R[0], abs=1e-6)
+
+
+def test_a_walk_stays_level_where_there_is_no_ground_and_over_cracks() -> None:
+    world = stairs("z")
+    camera = raycam.Camera.look_at([4.5, 0, 2.4], [9, 0, 2.4], size=(64, 48), fov=60)
+
+    def below(place: np.ndarray) -> float | None:
+        return probe.ground_below(world, camera, place, 0.1)
+
+    away = navigation.walk(camera, 0, 0, 5, below)
+    assert below(away.location) is None
+    assert away.location == pytest.approx([9.5, 0, 2.4])
+    assert navigation.walk(away, 0, 0, -5, below).location == pytest.approx([4.5, 0, 2.4])
+    # 5 cm between two floors, and a cellar far below.
+    boards = raycam.World()
+    for y in (-1.025, 1.025):
+        boards.add_object(box={"size": [2, 2, 0.1]}, location=[0, y, -0.05])
+    boards.add_object(box={"size": [9, 9, 1]}, location=[0, 0, -9])
+    assert probe.ground_below(boards, camera, np.array([0, 0, 1.5]), 0.1) == pytest.approx(1.5)
+    assert probe.ground_below(boards, camera, np.array([0, 0, 1.5]), 0.01) == pytest.approx(10)
 
 
 def test_rolling_turns_about_the_principal_axis() -> None:

@@ -22,7 +22,7 @@ from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
 from . import figure, text
 from .all_triangles import Tried, tried
-from .lens import LensSteps, at_line, lens_steps
+from .lens import LensSteps, at_line, lens_steps, world_at_line
 from .light_path import LightPath, light_path
 from .lighting import Lighting, lighting
 from .scene_figure import light_figure, tree_figure
@@ -216,8 +216,8 @@ def explain(
     `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
 
     Cameras may have a lens or parallel rays: the ray is then explained from the pixel through the undistortion to the
-    direction in the world. A moving camera is explained where it is in the middle of the exposure of the pixel's line,
-    as ground truth is; the world stands still.
+    direction in the world. A moving camera, and a world at a time before a rolling shutter, are explained as they are
+    in the middle of the exposure of the pixel's line, as ground truth is.
 
     Raises SettingsError for a pixel outside the picture, CameraError for one outside of the image of a lens.
     """
@@ -228,6 +228,7 @@ def explain(
     world = world_of(world)
     camera = camera_of(world, camera)
     column, row = pixel_of(camera, pixel)
+    world = world_at_line(world, camera, np.array([column, row]) + camera.corner + 0.5)
     camera = at_line(camera, column, row)
     is_plain = camera.model == "pinhole" and not camera.is_parallel
     lens = None if is_plain else lens_steps(camera, column, row)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,10 @@ from ..errors import CameraError
 from ..reference.units import Floats
 from .digits import number, vector
 
-__all__ = ["LensSteps", "at_line", "lens_section", "lens_steps"]
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["LensSteps", "at_line", "lens_section", "lens_steps", "world_at_line"]
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,13 @@ def at_line(camera: Camera, column: int, row: int) -> Camera:
     # The ray starts at the centre, or with parallel rays beside it.
     beside = still.R @ (still.rays(pixel)[0] - still.location)
     return still.at_pose(rotation, camera.rays(pixel)[0] - rotation.T @ beside)
+
+
+def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
+    """The world in the middle of the exposure of the line of `pixel` [2]; itself without a readout."""
+    if camera.shutter is None or camera.shutter["readout"] == 0:
+        return world
+    return world._derived(world._core.at_line(camera._core, pixel.tolist()))
 
 
 def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:

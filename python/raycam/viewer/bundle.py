@@ -11,7 +11,7 @@ import posixpath
 import re
 from importlib.resources import files
 
-__all__ = ["beside", "bundle", "client_file", "modules"]
+__all__ = ["beside", "bundle", "client_file", "modules", "style_sheet"]
 
 IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "(\.\.?/(?:\w+/)?\w+\.js)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?function |const |class )", re.M)
@@ -22,6 +22,11 @@ DECLARATION = re.compile(r"^(?:export )?(?:async )?(?:function|const|let|class) 
 def client_file(name: str) -> str:
     """The text of a file of the client, by its path from the client's folder."""
     return (files(__package__) / "client" / name).read_text(encoding="utf-8")
+
+
+def style_sheet(folder: str = "") -> str:
+    """The style of a folder of the client, and that of figures."""
+    return client_file(f"{folder}style.css") + client_file("figure.css")
 
 
 def beside(name: str, source: str) -> str:

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
-from .bundle import bundle, client_file
+from .bundle import bundle, style_sheet
 from .web.document import filled
 
 __all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to"]
@@ -68,7 +68,7 @@ def answer_to(
     pages: dict[str, tuple[str, Callable[[], str]]] = {
         "/": ("text/html", _shell),
         "/client.js": ("text/javascript", bundle),
-        "/style.css": ("text/css", lambda: client_file("style.css")),
+        "/style.css": ("text/css", style_sheet),
     }
     if path not in pages:
         return _refused(404, "There is nothing here.")

@@ -89,7 +89,7 @@ MESSAGES: dict[str, dict[str, Check]] = {
     # dx and dy in pixels of the picture, steps or metres by the kind; u and v where the pointer is.
     "nav": {
         "seq": _seq,
-        "kind": _one_of("orbit", "pan", "dolly", "look", "move", "roll", "fit", "pivot", "home"),
+        "kind": _one_of("orbit", "pan", "dolly", "look", "move", "walk", "roll", "fit", "pivot", "home"),
         "dx": _number(-1e4, 1e4),
         "dy": _number(-1e4, 1e4),
         "dz": _number(-1e4, 1e4),

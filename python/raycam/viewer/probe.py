@@ -10,12 +10,14 @@ import numpy as np
 from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
+from ..explanation.lens import world_at_line
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
+from .scene.navigation import feet
 from .stills import truth
 
-__all__ = ["explained", "explanation_parts", "point_at", "values_at"]
+__all__ = ["explained", "explanation_parts", "ground_below", "point_at", "values_at"]
 
 
 def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
@@ -57,8 +59,20 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
     origin, direction = camera.rays(pixel)
     if not np.isfinite(direction).all():
         return None
-    position = world.cast_rays(origin, direction, threads=1)["position"]
+    position = world_at_line(world, camera, pixel).cast_rays(origin, direction, threads=1)["position"]
     return position if np.isfinite(position).all() else None
+
+
+def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:
+    """How far below a place [3] the highest ground within `foot` metres is; None above nothing."""
+    down = -np.eye(3)[2 if camera.up == "z" else 1]
+    starts = feet(camera, place, foot)
+    found = float(
+        world.cast_rays(starts, np.broadcast_to(down, starts.shape).copy(), fields=("t",), threads=1)[
+            "t"
+        ].min()
+    )
+    return found if math.isfinite(found) else None
 
 
 def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, Any], list[Line]]:

@@ -25,8 +25,9 @@ __all__ = ["IN_FLIGHT", "Scheduler"]
 IN_FLIGHT = 2
 """Pictures that a client may not have acknowledged yet."""
 MOVING_QUALITY = 80  # of JPEG
-REST = 0.15  # seconds without a change after which a view rests
+REST = 0.06  # seconds without a change after which a view rests: more than between two steps of a flight
 TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
+SHORTEST = 0.001  # seconds between them at least
 
 Work = Callable[[], None]
 
@@ -56,7 +57,7 @@ class Scheduler(threading.Thread):
         while not self._ends:
             chosen = self._next()
             if chosen is None:
-                self._wake.wait(TICK)
+                self._wake.wait(self._pause())
                 self._wake.clear()
                 continue
             session, work = chosen
@@ -68,6 +69,12 @@ class Scheduler(threading.Thread):
             except (Error, MemoryError) as error:
                 session.send_message({"type": "error", "text": str(error) or "out of memory"})
                 session.touched = time.monotonic() + 1.0
+
+    def _pause(self) -> float:
+        """Seconds until the next look for work: that until a view rests, if it is short."""
+        now = time.monotonic()
+        left = [each.touched + REST - now for each in self._sessions()]
+        return max(SHORTEST, min([TICK, *(each for each in left if each > 0)]))
 
     def _next(self) -> tuple[Session, Work] | None:
         """The session and the work that come next."""

@@ -12,6 +12,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
 from .pace import Pace
-from .probe import point_at
+from .probe import ground_below, point_at
 from .scene import navigation
 from .scene.copies import FILES, camera_text
 from .scene.edits import Edits
@@ -454,6 +455,10 @@ class Session:
             moved = navigation.pan(camera, self.pivot, dx, dy)
         elif kind == "move":
             moved = navigation.move(camera, *(self._pace_of_flight() * step for step in (dx, dy, dz)))
+        elif kind == "walk":
+            step = self._pace_of_flight()
+            below = partial(ground_below, self.world, camera, foot=step / 2)
+            moved = navigation.walk(camera, dx * step, dy * step, dz * step, below)
         elif kind == "roll":
             moved = navigation.roll(camera, math.radians(dx))
         elif kind == "dolly":

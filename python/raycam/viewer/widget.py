@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from ..errors import Error
-from .bundle import bundle, client_file
+from .bundle import bundle, style_sheet
 from .messages import BadMessage, message_of
 from .scheduler import Scheduler
 from .server import MOST_SESSIONS, QUEUED_SLOW, SLOW, answer, probe
@@ -61,7 +61,7 @@ export default {
 
 def cell_page(title: str) -> str:
     """The page in the frame. Its policy lets its own script run and nothing be loaded."""
-    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
+    script, style = f"\n{bundle()}", f"\n{style_sheet()}"
 
     def hashed(text: str) -> str:
         return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -30,5 +31,17 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         # The picture is four times as large, its middle the same to less than a pixel of the frame.
         depth = float(text.split("(held)")[1].split("depth")[1].split()[0])
         assert abs(depth - frame["depth"][59:61, 79:81].mean()) < 0.01
+        # The explanation is drawn, as far as its numbers say.
+        column, row = map(int, re.findall(r"column (\d+), row (\d+)", text)[0])
+        tab.press("Enter")
+        tab.wait("document.getElementById('explained').open")
+        explained = raycam.explain(world, camera.resized((640, 480)), (column, row))
+        assert tab.evaluate("document.getElementById('explained-text').textContent") == str(explained)
+        drawing = "document.getElementById('explained-drawing')"
+        marks = f"[...{drawing}.querySelectorAll('%s')].length"
+        assert tab.evaluate(marks % ".crossing") == explained.winner.crossings
+        assert tab.evaluate(marks % ".triangle") == 2
+        assert tab.evaluate(f"{drawing}.getBoundingClientRect().height") > 200
+        assert tab.evaluate("document.getElementById('explained-figure').hidden")
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests

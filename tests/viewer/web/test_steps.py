@@ -10,6 +10,7 @@ import pytest
 import raycam
 from raycam import _core
 from raycam.explanation import lens
+from raycam.viewer import probe
 from raycam.viewer.scene import navigation
 from support.node_core import needs_core, needs_node, run, run_core
 
@@ -66,7 +67,7 @@ LENSES = {
 @pytest.mark.parametrize("name", LENSES)
 def test_text_is_that_of_raycam(small_world: raycam.World, name: str, pixel: tuple[int, int]) -> None:
     camera = LENSES[name]
-    found = run(f"return explanationText({asked(small_world, camera, pixel)});").splitlines()
+    found = run(f"return explanationOf({asked(small_world, camera, pixel)}).text;").splitlines()
     expected = str(raycam.explain(small_world, camera, pixel)).splitlines()
     assert [NUMBER.sub("#", line).split() for line in found] == [
         NUMBER.sub("#", line).split() for line in expected
@@ -106,7 +107,7 @@ def test_a_pixel_outside_of_the_image_of_a_lens_says_so(small_world: raycam.Worl
     with pytest.raises(raycam.CameraError, match="has no ray"):
         raycam.explain(small_world, camera, (0, 0))
     text = asked(small_world, camera, (0, 0))
-    said = run(f"try {{ explanationText({text}); }} catch (error) {{ return error.message; }}")
+    said = run(f"try {{ explanationOf({text}); }} catch (error) {{ return error.message; }}")
     assert "outside of the image of the lens (opencv)" in said
 
 
@@ -118,7 +119,7 @@ def test_numbers_are_as_c_prints_them() -> None:
     assert found == [f"{value + 0.0:.6g}" for value in values]
 
 
-@pytest.mark.parametrize("kind", ["orbit", "look", "pan", "dolly", "move", "fit"])
+@pytest.mark.parametrize("kind", ["orbit", "look", "pan", "dolly", "move", "walk", "fit"])
 def test_navigation_is_that_of_the_server(small_world: raycam.World, kind: str) -> None:
     camera, pivot = small_world.camera("front"), np.array([0.2, 0.1, 0.3])
     bounds = small_world.bounds
@@ -128,6 +129,7 @@ def test_navigation_is_that_of_the_server(small_world: raycam.World, kind: str) 
         "pan": lambda: navigation.pan(camera, pivot, 12, -7),
         "dolly": lambda: navigation.dolly(camera, pivot, 1.3),
         "move": lambda: navigation.move(camera, 0.1, 0.2, 0.3),
+        "walk": lambda: navigation.walk(camera, 0.1, 0.2, -0.3, lambda place: float(place @ [0.5, 0.3, 1])),
         "fit": lambda: navigation.fit(camera, bounds),
     }[kind]()
     pose = json.dumps({"R": camera.R.ravel().tolist(), "C": camera.C.tolist()})
@@ -138,9 +140,28 @@ def test_navigation_is_that_of_the_server(small_world: raycam.World, kind: str) 
         "pan": f"pan({pose}, {K}, {at}, 12, -7)",
         "dolly": f"dolly({pose}, {at}, 1.3)",
         "move": f"move({pose}, {up}, 0.1, 0.2, 0.3)",
+        "walk": f"walk({pose}, {up}, 0.1, 0.2, -0.3, (place) => dot(place, [0.5, 0.3, 1]))",
         "fit": f"fit({pose}, {K}, {json.dumps(list(camera.size))}, {json.dumps(bounds.tolist())})",
     }[kind]
     found = run(f"return {call};")
     tolerance = 2e-2 if kind == "fit" else 1e-12  # the server measures the middles of the outer pixels
     np.testing.assert_allclose(np.reshape(found["R"], (3, 3)), expected.R, atol=1e-12)
     np.testing.assert_allclose(found["C"], expected.C, rtol=tolerance, atol=tolerance)
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_the_ground_below_is_that_of_the_servers_rays(up: str) -> None:
+    random = np.random.default_rng(7)
+    world = raycam.World(up=up)
+    world.add_object(vertices=random.uniform(-2, 2, (60, 3)), triangles=random.integers(0, 60, (80, 3)))
+    camera = raycam.Camera.look_at([3, 4, 5], [0, 0, 0], up, size=(8, 8), fov=50)
+    places = random.uniform(-2, 2, (60, 3))
+    asked = json.dumps({"corners": world.triangles().ravel().tolist(), "places": places.tolist()})
+    axis = [0, 0, 1] if up == "z" else [0, 1, 0]
+    found = run(
+        f"const {{ corners, places }} = {asked};"
+        f"return places.map((place) => groundBelow(corners, {axis}, place, 0.2));"
+    )
+    expected = [probe.ground_below(world, camera, place, 0.2) for place in places]
+    assert 10 < sum(each is None for each in expected) < 50
+    assert found == [None if each is None else pytest.approx(each, abs=1e-5) for each in expected]

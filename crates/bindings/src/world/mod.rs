@@ -196,6 +196,13 @@ impl World {
         self.derive(|world| world.at_time(WorldTime { time, animation }))
     }
 
+    /// The world at the middle of the exposure of a pixel's line; as it is, if it is at no time.
+    fn at_line(&self, camera: &Camera, pixel: [f64; 2]) -> PyResult<Self> {
+        let since = camera.inner.shutter_offset(pixel.into(), 0.5);
+        let later = |clock: WorldTime| WorldTime { time: clock.time + since, ..clock };
+        self.derive(|world| world.time.map_or_else(|| Ok(world.clone()), |clock| world.at_time(later(clock))))
+    }
+
     /// (name, seconds) of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f64)> {

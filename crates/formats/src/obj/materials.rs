@@ -198,10 +198,7 @@ fn with_alpha(
     }
     let notices = &mut model.notices;
     let alpha = opacity.texture(library, ColorUse::Data, assets, notices)?;
-    let color = match color {
-        Some(map) => map.texture(library, ColorUse::Color, assets, notices)?,
-        None => None,
-    };
+    let color = color.map(|map| map.texture(library, ColorUse::Color, assets, notices)).transpose()?.flatten();
     let texture = match alpha {
         Some(alpha) => {
             let image = merge_alpha::merge_alpha(color.as_ref(), &alpha, &mut assets.budget)?;

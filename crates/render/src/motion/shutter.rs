@@ -99,15 +99,13 @@ impl<'a> ShutterSlices<'a> {
         control: &Control,
     ) -> Result<Arc<PreparedWorld>, RenderError> {
         let time = camera.shutter_offset(pixel, 0.5);
-        if let Some(world) = rows.get(&time.to_bits()) {
-            return Ok(world.clone());
+        if !rows.contains_key(&time.to_bits()) {
+            if rows.len() >= most {
+                rows.clear();
+            }
+            rows.insert(time.to_bits(), self.prepare_at(time, control)?);
         }
-        if rows.len() >= most {
-            rows.clear();
-        }
-        let world = self.prepare_at(time, control)?;
-        rows.insert(time.to_bits(), world.clone());
-        Ok(world)
+        Ok(rows[&time.to_bits()].clone())
     }
 
     /// Regions of equal exposure time within a region (x, y, width, height): rows or columns.

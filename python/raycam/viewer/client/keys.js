@@ -38,7 +38,7 @@ export const KEYS = [
   { keys: ["C"], command: "camera-step 1", does: "next camera", live: true },
   { keys: ["Shift+C"], command: "camera-step -1", does: "previous camera", live: true },
   { keys: ["V"], command: "look-through", does: "look through the camera, or leave it", live: true },
-  { keys: ["Tab"], command: "drive", does: "with the focus on the picture: orbit or fly (W A S D Q E)", live: true },
+  { keys: ["Tab"], command: "drive", does: "with the focus on the picture: orbit, fly or walk (W A S D Q E, Shift: fast, wheel: speed)", live: true },
   { keys: ["K"], command: "play", does: "play or pause what moves", live: true },
   { keys: [","], command: "frame -1", does: "1/30 s back", live: true },
   { keys: ["."], command: "frame 1", does: "1/30 s on", live: true },

@@ -18,11 +18,19 @@ export const LIVE_MOUSE =
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const FLY_STEP = 1; // hundredths of the world's size
+const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // times that
 const FLY_TICK = 50; // ms
 const LATE = 2, REMIND = 5; // seconds after which, and between which, a late picture is told
 const LONGEST_FILM = 60; // seconds
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
+});
+
+/** Ways to move, in the order of the key Tab, and what is said of them. */
+const WAYS = /** @type {Record<string, string>} */ ({
+  orbit: "Orbit: drag turns around the pivot.",
+  fly: "Fly: W A S D move, E and Q rise and sink, drag looks around, Shift is fast, the wheel changes the speed.",
+  walk: "Walk: W A S D go along the ground, E and Q change the height of the eyes, drag looks around, Shift is fast, the wheel changes the speed.",
 });
 
 export class LiveView {
@@ -37,7 +45,9 @@ export class LiveView {
     listenToDrops(client, () => this.opens);
     this.world = new WorldControls(client);
     this.sequence = 0;
-    this.flies = false;
+    this.way = "orbit";
+    this.speed = 1;
+    this.fast = false;
     /** @type {Set<string>} codes of the keys that are down */
     this.down = new Set();
     this.flying = 0;
@@ -61,7 +71,10 @@ export class LiveView {
     });
     byId("film-stop", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "stop" }));
     document.addEventListener("keydown", (event) => this.pressed(event), true);
-    document.addEventListener("keyup", (event) => this.down.delete(event.code));
+    document.addEventListener("keyup", (event) => {
+      this.down.delete(event.code);
+      this.fast = event.shiftKey;
+    });
     addEventListener("blur", () => this.down.clear());
     document.addEventListener("visibilitychange", () => client.transport.send({ type: "visible", visible: !document.hidden }));
     new ResizeObserver(() => this.resized()).observe(client.picture.canvas);
@@ -190,19 +203,20 @@ export class LiveView {
 
   /** @param {KeyboardEvent} event */
   pressed(event) {
-    if (!this.flies || event.ctrlKey || event.metaKey || event.altKey || !(event.code in FLY_KEYS)) return;
+    this.fast = event.shiftKey;
+    if (this.way === "orbit" || event.ctrlKey || event.metaKey || event.altKey || !(event.code in FLY_KEYS)) return;
     if (/** @type {HTMLElement} */ (event.target).id !== "picture") return;
     event.preventDefault();
     event.stopPropagation();
     this.down.add(event.code);
-    if (!this.flying) this.flying = setInterval(() => this.fly(event.shiftKey), FLY_TICK);
+    if (!this.flying) this.flying = setInterval(() => this.fly(), FLY_TICK);
   }
 
-  /** @param {boolean} fast */
-  fly(fast) {
+  fly() {
     const steps = [0, 0, 0];
-    for (const code of this.down) FLY_KEYS[code].forEach((step, axis) => (steps[axis] += step * FLY_STEP * (fast ? 4 : 1)));
-    if (this.down.size) this.navigate("move", ...steps);
+    const pace = FLY_STEP * this.speed * (this.fast ? FAST : 1);
+    for (const code of this.down) FLY_KEYS[code].forEach((step, axis) => (steps[axis] += step * pace));
+    if (this.down.size) this.navigate(this.way === "walk" ? "walk" : "move", ...steps);
     else {
       clearInterval(this.flying);
       this.flying = 0;
@@ -223,7 +237,7 @@ export class LiveView {
       },
       step: (dx, dy) => {
         const { held, picture } = client;
-        if (!held) return this.navigate(this.flies ? "look" : "orbit", ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
+        if (!held) return this.navigate(this.way === "orbit" ? "orbit" : "look", ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
       },
@@ -236,8 +250,9 @@ export class LiveView {
       play: () => this.timeline.play(!this.timeline.playing),
       frame: (steps) => this.timeline.step(Number(steps)),
       drive: () => {
-        this.flies = !this.flies;
-        client.say(this.flies ? "Fly: W A S D move, E and Q rise and sink, drag looks around." : "Orbit: drag turns around the pivot.", "notice");
+        const ways = Object.keys(WAYS);
+        this.way = ways[(ways.indexOf(this.way) + 1) % ways.length];
+        client.say(WAYS[this.way], "notice");
       },
     };
   }
@@ -249,13 +264,17 @@ export class LiveView {
       grabs: (at) => this.gizmo.grab(at) || client.grabsDivider(at),
       dragGrabbed: (at) => (this.gizmo.handle ? this.gizmo.drag(at) : client.divideAt(at)),
       drag: (at, dx, dy, pans) => {
-        const kind = pans ? "pan" : this.flies ? "look" : "orbit";
+        const kind = pans ? "pan" : this.way === "orbit" ? "orbit" : "look";
         const scale = kind === "pan" ? 1 / picture.zoom : 1;
         this.navigate(kind, dx * scale, dy * scale, 0, at);
       },
       wheel: (at, steps, magnifies) => {
         if (magnifies) picture.zoomAt(1.25 ** steps, at.x, at.y);
-        else this.navigate("dolly", 0, 0, steps, at);
+        else if (this.way === "orbit") this.navigate("dolly", 0, 0, steps, at);
+        else {
+          this.speed = Math.min(Math.max(this.speed * SPEED_NOTCH ** steps, SLOWEST), FASTEST);
+          client.say(`Speed: ${this.speed.toPrecision(2)} times.`, "notice");
+        }
       },
       pinch: (at, factor, dx, dy) => {
         this.navigate("dolly", 0, 0, Math.log(factor) / Math.log(1.15), at);

@@ -6,13 +6,17 @@ Angles are in radians, `up` is the world's axis that points up, "z" or "y".
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from ...arguments import Floats
 from ...camera import Camera
 
-__all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "rotation_about", "turn_camera", "turned_around"]
+__all__ = [
+    *("dolly", "feet", "fit", "move", "orbit", "pan", "roll", "rotation_about"),
+    *("turn_camera", "turned_around", "walk"),
+]
 
 STEEPEST = math.radians(89.0)  # a camera never looks farther up or down, where its sides would swap
 
@@ -56,6 +60,33 @@ def move(camera: Camera, right: float, upwards: float, forward: float) -> Camera
     """Moves the camera in metres along its own right, the world's up, and its principal axis."""
     shift = right * camera.R[0] + upwards * _up(camera) + forward * camera.forward
     return camera.at_pose(camera.R, camera.location + shift)
+
+
+def walk(
+    camera: Camera, right: float, upwards: float, forward: float, below: Callable[[Floats], float | None]
+) -> Camera:
+    """Moves the camera in metres along the ground, in the direction that it looks, at the same height above it.
+
+    `below` tells how far below a point [3] the ground is; None where there is none, and the camera stays level.
+    `upwards` changes the height.
+    """
+    up = _up(camera)
+    level = camera.forward - (camera.forward @ up) * up
+    if (
+        np.linalg.norm(level) < 1e-3
+    ):  # straight up or down: the way that the picture's top points, or its foot
+        level = np.cross(up, camera.R[0])
+    level /= np.linalg.norm(level)
+    place = camera.location + right * np.cross(level, up) + forward * level
+    before, after = below(camera.location), below(place)
+    change = 0.0 if before is None or after is None else before - after
+    return camera.at_pose(camera.R, place + (upwards + change) * up)
+
+
+def feet(camera: Camera, point: Floats, apart: float) -> Floats:
+    """Points [5, 3] at and around `point` in its level, `apart` metres from it: cracks are narrower than a foot."""
+    across = np.eye(3)[[0, 1] if camera.up == "z" else [0, 2]]
+    return np.asarray(point + apart * np.concatenate([np.zeros((1, 3)), across, -across]))
 
 
 def fit(camera: Camera, bounds: Floats) -> Camera:

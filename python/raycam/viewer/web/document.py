@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..bundle import bundle, client_file
+from ..bundle import bundle, client_file, style_sheet
 
 __all__ = ["assembled", "filled", "json_text"]
 
@@ -18,7 +18,7 @@ def assembled(
     title: str, blocks: Iterable[str], scripts: str = "", workers: str = "", folder: str = ""
 ) -> str:
     """The page of a folder of the client, with elements of data; its policy allows `scripts` and `workers` too."""
-    script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{client_file(f'{folder}style.css')}"
+    script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{style_sheet(folder)}"
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'{scripts}; style-src '{_hash(style)}'; "
         f"img-src blob: data:; {workers}base-uri 'none'; form-action 'none'"

@@ -57,12 +57,10 @@ impl Builder<'_, '_> {
             }
         }
         let Some(image) = image else { return Ok(None) };
-        let sampler = match texture.sampler {
-            Some(sampler) => self
-                .item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))
-                .map(|json| self.texture_sampler(&format!("samplers[{sampler}]"), json)),
-            None => None,
-        };
+        let sampler = texture.sampler.and_then(|sampler| {
+            let json = self.item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))?;
+            Some(self.texture_sampler(&format!("samplers[{sampler}]"), json))
+        });
         let usual = TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() };
         let sampler = sampler.unwrap_or(usual);
         let added = self.world.add_texture(Texture { image, sampler });

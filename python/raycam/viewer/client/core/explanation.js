@@ -35,12 +35,11 @@ function matrixLines(P) {
 const byteOf = (linear) => Math.round(255 * Math.min(Math.max(linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055, 0), 1));
 
 /**
- * The text of all steps. Throws where the lens has no image.
+ * The text of all steps, the ray, and the triangle that is told of first. Throws where the lens has no image.
  * @param {{ K: number[], lensRay: import("./steps.js").LensRay, size: number[], offset: number, column: number, row: number,
  *   names: string[], corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
- * @returns {string}
  */
-export function explanationText({ K, lensRay, size, offset, column, row, names, corners, ids, colors }) {
+export function explanationOf({ K, lensRay, size, offset, column, row, names, corners, ids, colors }) {
   const { model, direction } = lensRay;
   const isPinhole = model === "pinhole";
   if (!direction.every(Number.isFinite)) throw new Error(`Pixel (${column}, ${row}) has no ray: it lies outside of the image of the lens (${model}).`);
@@ -98,7 +97,7 @@ export function explanationText({ K, lensRay, size, offset, column, row, names, 
       `   depth = t (v·r)           ${general(depth)}, along the principal axis${isPinhole ? "" : ` v = ${vectorText(ray.forward)}`}`,
     );
   }
-  return lines.join("\n");
+  return { text: lines.join("\n"), ray, found: winner || candidates[0] || null };
 }
 
 /** @param {number[]} P @param {import("./steps.js").PixelRay} ray */

@@ -7,6 +7,8 @@ const STEEPEST = (89 * Math.PI) / 180; // a camera never looks farther up or dow
 /** @param {number[]} a @param {number[]} b */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 /** @param {number[]} a @param {number[]} b */
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+/** @param {number[]} a @param {number[]} b */
 export const minus = (a, b) => a.map((value, i) => value - b[i]);
 /** @param {number[]} a @param {number} scale @param {number[]} b */
 export const plusTimes = (a, scale, b) => a.map((value, i) => value + scale * b[i]);
@@ -80,6 +82,56 @@ export function dolly({ R, C }, point, factor) {
 /** @param {Pose} pose @param {number[]} up @param {number} right @param {number} upwards @param {number} forward @returns {Pose} */
 export function move({ R, C }, up, right, upwards, forward) {
   return { R, C: plusTimes(plusTimes(plusTimes(C, right, rowOf(R, 0)), upwards, up), forward, rowOf(R, 2)) };
+}
+
+/**
+ * Along the ground, in the direction that the camera looks, at the same height above it.
+ * @param {Pose} pose
+ * @param {number[]} up
+ * @param {number} right
+ * @param {number} upwards
+ * @param {number} forward
+ * @param {(place: number[]) => number | null} below how far below a place the ground is; null where there is none
+ * @returns {Pose}
+ */
+export function walk({ R, C }, up, right, upwards, forward, below) {
+  const ahead = rowOf(R, 2);
+  const flat = plusTimes(ahead, -dot(ahead, up), up);
+  // Straight up or down: the way that the picture's top points, or its foot.
+  const way = lengthOf(flat) < 1e-3 ? cross(up, rowOf(R, 0)) : flat;
+  const level = way.map((value) => value / lengthOf(way));
+  const place = plusTimes(plusTimes(C, right, cross(level, up)), forward, level);
+  const [before, after] = [below(C), below(place)];
+  const change = before === null || after === null ? 0 : before - after;
+  return { R, C: plusTimes(place, upwards + change, up) };
+}
+
+/**
+ * How far below a place the highest ground within `foot` metres is; null above nothing.
+ * @param {ArrayLike<number>} corners nine numbers for each triangle
+ * @param {number[]} up one of the world's axes
+ * @param {number[]} place
+ * @param {number} foot
+ */
+export function groundBelow(corners, up, place, foot) {
+  const k = up.indexOf(1);
+  const [i, j] = [0, 1, 2].filter((axis) => axis !== k);
+  const points = [[0, 0], [foot, 0], [-foot, 0], [0, foot], [0, -foot]].map(([x, y]) => [place[i] + x, place[j] + y]);
+  let highest = -Infinity;
+  for (let at = 0; at < corners.length; at += 9) {
+    const [ax, ay, bx, by, cx, cy] = [corners[at + i], corners[at + j], corners[at + 3 + i], corners[at + 3 + j], corners[at + 6 + i], corners[at + 6 + j]];
+    if (Math.max(ax, bx, cx) < place[i] - foot || Math.min(ax, bx, cx) > place[i] + foot) continue;
+    if (Math.max(ay, by, cy) < place[j] - foot || Math.min(ay, by, cy) > place[j] + foot) continue;
+    const area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    if (!area) continue;
+    for (const [x, y] of points) {
+      const [p, q] = [((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area, ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area];
+      if (p < 0 || q < 0 || p + q > 1) continue;
+      const height = corners[at + k] + q * (corners[at + 3 + k] - corners[at + k]) + p * (corners[at + 6 + k] - corners[at + k]);
+      if (height <= place[k]) highest = Math.max(highest, height);
+    }
+  }
+  return Number.isFinite(highest) ? place[k] - highest : null;
 }
 
 /** @param {Pose} pose @param {number[]} K @param {number[]} size @param {number[][]} bounds @returns {Pose} */

@@ -1,7 +1,8 @@
 // A session in a worker: what the page looks at. It answers the messages that viewer/session.py answers, by the core.
 
-import { dolly, fit, lengthOf, lookAround, minus, move, orbit, pan, plusTimes, roll, rowOf } from "./navigation.js";
-import { explanationText } from "./explanation.js";
+import { dolly, fit, groundBelow, lengthOf, lookAround, minus, move, orbit, pan, plusTimes, roll, rowOf, walk } from "./navigation.js";
+import { explanationOf } from "./explanation.js";
+import { figureOf } from "./figure.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 /** @typedef {import("../image/planes.js").Plane} Plane */
@@ -157,7 +158,10 @@ export class Session {
     else if (kind === "look") moved = lookAround(pose, this.up, yaw, pitch);
     else if (kind === "pan") moved = pan(pose, [...camera.K], this.pivot, dx, dy);
     else if (kind === "move") moved = move(pose, this.up, dx * step, dy * step, dz * step);
-    else if (kind === "roll") moved = roll(pose, (dx * Math.PI) / 180);
+    else if (kind === "walk") {
+      const { corners } = this.shownTriangles();
+      moved = walk(pose, this.up, dx * step, dy * step, dz * step, (place) => groundBelow(corners, this.up, place, step / 2));
+    } else if (kind === "roll") moved = roll(pose, (dx * Math.PI) / 180);
     else if (kind === "dolly") moved = dolly(pose, this.pointAt(camera, u, v) || this.besideAll(camera, u, v), 1.15 ** Math.max(-20, Math.min(20, dz)));
     else if (kind === "pivot") {
       this.pivot = this.pointAt(camera, u, v) || this.pivot;
@@ -303,15 +307,25 @@ export class Session {
     this.say({ type: "values", id, u, v, values });
   }
 
+  shownTriangles() {
+    this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
+    return this.triangles;
+  }
+
   /** @param {Message} message */
   explain({ u, v }) {
     const { camera } = this;
-    this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
+    const triangles = this.shownTriangles();
     const { offset } = camera;
     const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
     try {
-      const text = explanationText({ K: [...camera.K], lensRay, size: [...camera.size], offset, column: u, row: v, names: this.about.objects, ...this.triangles });
-      this.say({ type: "explained", column: u, row: v, text, svg: "" });
+      const size = [...camera.size];
+      const { text, ray, found } = explanationOf({ K: [...camera.K], lensRay, size, offset, column: u, row: v, names: this.about.objects, ...triangles });
+      const rayAt = (/** @type {number} */ x, /** @type {number} */ y) => {
+        const numbers = [...camera.ray(x, y)];
+        return { C: numbers.slice(0, 3), r: numbers.slice(3) };
+      };
+      this.say({ type: "explained", column: u, row: v, text, svg: "", figure: figureOf({ rayAt, size, offset, up: this.up, ray, found }) });
     } catch (error) {
       this.say({ type: "notice", text: /** @type {Error} */ (error).message });
     }

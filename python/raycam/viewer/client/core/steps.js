@@ -1,7 +1,7 @@
 // The steps of the lecture for one pixel, in float64: the numbers that raycam.explain has, by the same formulas.
 // Source: Nicholas Dwork, Making Virtual Worlds (Computer Graphics Lecture 1).
 
-import { apply, dot, lengthOf, minus, plusTimes, product, rowOf } from "./navigation.js";
+import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf } from "./navigation.js";
 
 const ROUNDING = 2 ** -47; // relative error that counts as rounding
 
@@ -25,8 +25,6 @@ const ROUNDING = 2 ** -47; // relative error that counts as rounding
  * @property {boolean} inside
  */
 
-/** @param {number[]} a @param {number[]} b */
-export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const near = (/** @type {number} */ value, /** @type {number} */ scale) => Math.abs(value) <= ROUNDING * scale;
 
 /** @param {number[]} m row by row */

@@ -1,13 +1,14 @@
 // The lecture alive: one world, its picture, and everything recomputed when a number changes. In a worker of the page the
 // same text renders.
 
+import { figureOf } from "../core/figure.js";
 import { plusTimes, dot, minus, lengthOf } from "../core/navigation.js";
 import { pixelOf, rayOfPixel, stepsOf } from "../core/steps.js";
 import { byId, fillSelect } from "../dom.js";
 import { toneMap } from "../image/tone.js";
+import { showFigure, svgElement } from "../panel/figure.js";
 import { compiledCore, textOf } from "../transport/worker.js";
 import { Controls } from "./controls.js";
-import { showFigure, svgElement } from "./figure.js";
 import { Exercises, showMatrix, showSteps } from "./panels.js";
 import { serveLecture } from "./worker.js";
 import { firstNumbers, SIZE, worldText } from "./world.js";
@@ -202,7 +203,7 @@ class Lecture {
     if (found) choice.value = String(found.index);
     showSteps({ column, row, names, ids }, steps, found);
     const figure = /** @type {SVGElement} */ (/** @type {unknown} */ (document.getElementById("figure")));
-    showFigure(figure, { P, size: SIZE, offset, ray: steps.ray, found });
+    showFigure(figure, figureOf({ rayAt: (u, v) => rayOfPixel(P, u, v), size: SIZE, offset, up: [0, 0, 1], ray: steps.ray, found }));
     this.exercises.show(found && steps.ray.XPrime ? { P, R, pixel, ray: steps.ray, found } : null);
     this.mark(found);
   }

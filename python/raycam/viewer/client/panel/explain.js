@@ -1,16 +1,17 @@
-// Explanations: texts and figures of one pixel. The figure is shown as an image, where scripts do not run.
+// Explanations: texts and figures of one pixel. A figure of the server is shown as an image, where scripts do not run.
 
 import { byId, element } from "../dom.js";
+import { showFigure } from "./figure.js";
 
-/** @typedef {{ title: string, text: string, svg: string }} Section */
-/** @typedef {{ column: number, row: number, text: string, svg: string, sections?: Section[] }} Explanation */
+/** @typedef {{ title: string, text: string, svg: string, figure?: Parameters<typeof showFigure>[1] }} Section */
+/** @typedef {Omit<Section, "title"> & { column: number, row: number, sections?: Section[] }} Explanation */
 
 /**
  * Shows an explanation: its ray, and by buttons its other sections.
  * @param {Explanation} explanation
  */
-export function showExplanation({ column, row, text, svg, sections = [] }) {
-  const all = [{ title: "The ray", text, svg }, ...sections];
+export function showExplanation({ column, row, text, svg, figure, sections = [] }) {
+  const all = [{ title: "The ray", text, svg, figure }, ...sections];
   const buttons = all.map((section, i) => {
     const button = element("button", section.title, { type: "button", "aria-pressed": String(i === 0) });
     button.addEventListener("click", () => {
@@ -33,12 +34,15 @@ export function showExplanation({ column, row, text, svg, sections = [] }) {
  * @param {number} column
  * @param {number} row
  */
-function showSection({ title, text, svg }, column, row) {
-  const figure = byId("explained-figure", HTMLImageElement);
-  figure.hidden = !svg;
+function showSection({ title, text, svg, figure }, column, row) {
+  const drawing = /** @type {SVGElement} */ (/** @type {unknown} */ (document.getElementById("explained-drawing")));
+  drawing.toggleAttribute("hidden", !figure);
+  if (figure) showFigure(drawing, figure);
+  const image = byId("explained-figure", HTMLImageElement);
+  image.hidden = !svg;
   // No blob: a notebook around the page may allow images of data alone.
-  if (svg) figure.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
-  figure.alt = `${title} of pixel ${column}, ${row}, drawn; the text below says the same.`;
+  if (svg) image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  image.alt = `${title} of pixel ${column}, ${row}, drawn; the text below says the same.`;
   byId("explained-text", HTMLPreElement).textContent = text;
   byId("explained-scroll", HTMLElement).scrollTop = 0;
 }
