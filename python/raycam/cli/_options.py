@@ -196,10 +196,7 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
         "ao: open sky; flat: plain colours; reference: flat by the lecture, slow",
     )
     group.add_argument(
-        "--samples",
-        metavar="N",
-        type=int,
-        help="rays per pixel (default 16; in the studio 8, with --hdri 32)",
+        "--samples", metavar="N", type=int, help="rays per pixel (default 16; studio 8; --hdri 32)"
     )
     group.add_argument(
         "--noise-threshold",

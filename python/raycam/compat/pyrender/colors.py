@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...notices import warn
-
 __all__ = ["format_color_array", "format_color_vector", "format_texture_source"]
 
 CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
