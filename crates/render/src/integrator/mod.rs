@@ -64,26 +64,19 @@ pub(crate) fn radiance(
     scratch: &mut PathScratch,
     (radiance, is_background): (&mut [Vec3], &mut [bool]),
 ) -> Result<(), RenderError> {
-    let integrator = settings.integrator;
-    match integrator {
+    match settings.integrator {
         Integrator::Flat => unlit::radiance(world, batch, radiance, is_background),
         Integrator::Ao => {
             let distance = settings.ambient_occlusion.unwrap_or(f64::INFINITY) as f32;
             ao::radiance(world, distance, batch, radiance, is_background);
         }
         Integrator::Direct | Integrator::Path => {
-            let lights = integrator.effective_lights(world);
-            let path_settings = match integrator {
-                Integrator::Direct => direct_settings(settings, lights),
-                _ => path_settings(settings, lights),
-            };
-            let out = (&mut *radiance, &mut *is_background);
-            path::radiance(world, &path_settings, batch, control, scratch, out)?;
+            let settings = path_settings(settings, settings.integrator.effective_lights(world));
+            return path::radiance(world, &settings, batch, control, scratch, (radiance, is_background));
         }
     }
-    if settings.transparent && matches!(integrator, Integrator::Flat | Integrator::Ao) {
-        let rays = batch.hits.iter().zip(radiance.iter_mut().zip(is_background));
-        for (hit, (radiance, is_background)) in rays {
+    if settings.transparent {
+        for (hit, (radiance, is_background)) in batch.hits.iter().zip(radiance.iter_mut().zip(is_background)) {
             *is_background |= !is_miss(hit) && world.geometry.is_left_out(settings.catchers, hit.instance);
             *radiance = if *is_background { Vec3::ZERO } else { *radiance };
         }
@@ -99,17 +92,17 @@ pub(crate) fn bright_paths(
     control: &Control,
     scratch: &mut PathScratch,
 ) -> Result<Vec<BrightPath>, RenderError> {
-    let lights = settings.integrator.effective_lights(world);
-    let path_settings = match settings.integrator {
-        Integrator::Path => path_settings(settings, lights),
-        Integrator::Direct => direct_settings(settings, lights),
-        Integrator::Flat | Integrator::Ao => return Ok(vec![]),
-    };
-    bright_path::bright_paths(world, &path_settings, batch, control, scratch)
+    if let Integrator::Flat | Integrator::Ao = settings.integrator {
+        return Ok(vec![]);
+    }
+    let settings = path_settings(settings, settings.integrator.effective_lights(world));
+    bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
+/// The settings of paths; those of `direct` have one bounce behind specular surfaces, where every light is sampled and constant
+/// environments are an ambient term.
 fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
-    PathSettings {
+    let paths = PathSettings {
         lights,
         max_depth: settings.max_depth.unwrap_or(u32::MAX),
         free_specular_bounces: false,
@@ -119,21 +112,16 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         ambient_term: None,
         hide_environment: settings.transparent,
         catchers: settings.catchers,
+    };
+    if settings.integrator != Integrator::Direct {
+        return paths;
     }
-}
-
-/// One bounce behind specular surfaces, where every light is sampled and constant environments are an ambient term.
-fn direct_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
+    let are_few = lights.count() <= MAX_LIGHT_SAMPLES;
     PathSettings {
-        lights,
         max_depth: 2,
         free_specular_bounces: true,
         light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
-        light_sampling: if lights.count() <= MAX_LIGHT_SAMPLES {
-            LightSampling::Uniform
-        } else {
-            LightSampling::Importance
-        },
+        light_sampling: if are_few { LightSampling::Uniform } else { LightSampling::Importance },
         split_lights: false,
         ambient_term: match settings.ambient_occlusion {
             None => Some(None),
@@ -141,8 +129,7 @@ fn direct_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },
-        hide_environment: settings.transparent,
-        catchers: settings.catchers,
+        ..paths
     }
 }
 

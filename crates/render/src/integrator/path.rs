@@ -130,8 +130,7 @@ impl PathScratch {
         hit_batch.begin_bounce(tracer, paths, active, hits);
         next_active.clear();
         let leaves_out = tracer.settings.catchers != Catchers::Show;
-        let chunks = hits.chunks(LANES).zip(active.chunks(LANES)).enumerate();
-        for (index, (hits, indices)) in chunks {
+        for (index, (hits, indices)) in hits.chunks(LANES).zip(active.chunks(LANES)).enumerate() {
             let chunk = Chunk { index, hits, paths: indices };
             hit_batch.evaluate_chunk(tracer, chunk, paths);
             for (lane, &index) in indices.iter().enumerate() {
@@ -158,10 +157,7 @@ impl PathScratch {
     /// Traces shadow rays, and then the rays of the next bounce.
     pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let queues = &mut self.queues;
-        let coherence = match tracer.bounce {
-            0 => Coherence::Unknown,
-            _ => Coherence::Incoherent,
-        };
+        let coherence = if tracer.bounce == 0 { Coherence::Unknown } else { Coherence::Incoherent };
         for shadow_rays in &mut queues.shadow_rays {
             shadow_rays.trace(tracer.geometry, batch.scene, coherence, radiance);
         }

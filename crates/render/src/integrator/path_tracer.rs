@@ -128,10 +128,7 @@ impl<'a> PathModes<'a> {
 
     /// The only light, if it is finite.
     pub fn single_light(&self) -> Option<&'a PreparedLight> {
-        match self.light_choice {
-            LightChoice::Single(light) => light,
-            LightChoice::None | LightChoice::Choose => None,
-        }
+        if let LightChoice::Single(light) = self.light_choice { light } else { None }
     }
 }
 
@@ -181,11 +178,8 @@ impl<'a> PathTracer<'a> {
 
     /// The number of light samples at a point, at most.
     pub fn max_light_samples(&self) -> usize {
-        match self.modes.split_lights {
-            true => self.lights.max_split_samples(),
-            false => None,
-        }
-        .unwrap_or(self.settings.light_samples)
+        let split = self.lights.max_split_samples().filter(|_| self.modes.split_lights);
+        split.unwrap_or(self.settings.light_samples)
     }
 }
 
@@ -243,10 +237,8 @@ impl PathTracer<'_> {
             1.0
         } else {
             let pdf = pdf * self.light_sampling_rate(path.light_sampling, path.prev_context.position);
-            let count = match path.light_sampling {
-                LightSampling::Split => 1.0,
-                _ => self.settings.light_samples as f32,
-            };
+            let is_split = path.light_sampling == LightSampling::Split;
+            let count = if is_split { 1.0 } else { self.settings.light_samples as f32 };
             1.0 / (1.0 + count * pdf / path.bsdf_pdf)
         }
     }

@@ -8,7 +8,7 @@
 use std::sync::atomic::Ordering;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, HitFilter, Scene, TlasLeaves};
+use raycam_bvh::{ExactHit, ExactRay, Scene, TlasLeaves};
 use rayon::prelude::*;
 
 use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
@@ -92,7 +92,7 @@ impl Geometry {
     }
 
     /// Scene for exact hits.
-    fn exact_scene(&self) -> &Scene {
+    pub(crate) fn exact_scene(&self) -> &Scene {
         let flattened = self.on_demand.flattened.get().and_then(Option::as_ref);
         flattened.unwrap_or_else(|| self.two_level())
     }
@@ -102,27 +102,27 @@ impl Geometry {
         self.exact_scene().closest_exact(rays, self, hits);
     }
 
-    /// Nearest hit of every ray that a filter accepts, in float64.
-    pub(crate) fn closest_exact_of(&self, rays: &[ExactRay], filter: &dyn HitFilter, hits: &mut [ExactHit]) {
-        self.exact_scene().closest_exact_of(rays, self, filter, hits);
+    /// True if the box of one instance holds all others: a room with its things.
+    pub(crate) fn is_room(&self) -> bool {
+        let corners = || self.instance_boxes().map(|(middle, half)| [middle - half, middle + half]);
+        let all = corners().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+        corners().any(|own| Some(own) == all)
     }
 
-    /// True for every ray that hits anything, or anything that a filter accepts, in float64.
-    pub(crate) fn occluded_exact(&self, rays: &[ExactRay], filter: Option<&dyn HitFilter>, occluded: &mut [bool]) {
-        self.exact_scene().occluded_exact(rays, self, filter, occluded);
+    /// Middles and half diagonals of the boxes of all instances.
+    fn instance_boxes(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.instances.iter().filter(|object| object.is_visible).map(|object: &PreparedInstance| {
+            let (mesh, place) = (&object.mesh, object.world_from_mesh);
+            let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
+            (middle, place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0)
+        })
     }
 
     /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
     /// instances.
     fn instances_are_close(&self) -> bool {
         const MAX_COMPARED: usize = 1 << 12;
-        let of_object = |object: &PreparedInstance| {
-            let (mesh, place) = (&object.mesh, object.world_from_mesh);
-            let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
-            (middle, place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0)
-        };
-        let visible = self.instances.iter().filter(|object| object.is_visible);
-        let boxes: Vec<(DVec3, DVec3)> = visible.map(of_object).collect();
+        let boxes: Vec<(DVec3, DVec3)> = self.instance_boxes().collect();
         let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
             let mut others = boxes[..i].iter();
             others.any(|&(other, other_half)| {
@@ -197,6 +197,7 @@ mod tests {
     use crate::film::image_plane::ImagePlane;
     use crate::prepare::world::PreparedWorld;
     use crate::settings::{Integrator, Settings};
+    use crate::tile_renderer::traced_samples;
 
     /// Balls on a floor, one of them stretched, two of one mesh.
     fn world() -> World {
@@ -215,6 +216,12 @@ mod tests {
         }
         world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
         world
+    }
+
+    fn camera(eye: [f64; 3], size: [u32; 2]) -> Camera {
+        let [x, y] = size.map(|pixels| f64::from(pixels) / 2.0 - 0.5);
+        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, x, y, 1.0]);
+        Camera::look_at(eye.into(), DVec3::new(0.0, 0.0, 0.4), DVec3::Z, k, size, PixelCenter::Integer).unwrap()
     }
 
     fn prepare(world: &World, previous: Option<&PreparedWorld>) -> PreparedWorld {
@@ -252,6 +259,23 @@ mod tests {
     }
 
     #[test]
+    fn segments_count_in_closed_rooms() {
+        let mut world = world();
+        let traced = |world: &World, max_depth, integrator| {
+            let settings = Settings { max_depth, integrator, ..Settings::default() };
+            traced_samples(&prepare(world, None), &camera([0.5, -3.0, 2.0], [6, 4]), &settings, 10)
+        };
+        let walls = world.add_mesh(primitive::box_([9.0; 3]).unwrap());
+        world.add_object(Object::new("", walls, world.objects[0].materials.clone(), DAffine3::IDENTITY)).unwrap();
+        assert_eq!(traced(&world, None, Integrator::Path), 240, "under a sky");
+        world.lights[0] = Light::Point { position: [3.0; 3], intensity: Some([1.0; 3]), power: None, radius: 0.0 };
+        let depths = [None, Some(3)].map(|depth| traced(&world, depth, Integrator::Path));
+        assert_eq!((depths, traced(&world, None, Integrator::Direct)), ([8 * 240, 3 * 240], 240));
+        world.objects[3].world_from_mesh.translation.x += 1.0;
+        assert_eq!(traced(&world, None, Integrator::Path), 240, "the floor reaches beyond");
+    }
+
+    #[test]
     fn concurrent_renders_do_not_deadlock() {
         // Enough triangles for a parallel build.
         let mut world = world();
@@ -282,10 +306,7 @@ mod tests {
             world.add_object(object).unwrap();
         }
         let prepared = prepare(&world, None);
-        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 59.5, 39.5, 1.0]);
-        let (eye, target) = (DVec3::new(0.5, -3.0, 2.0), DVec3::new(0.0, 0.0, 0.4));
-        let (size, center) = ([120, 80], PixelCenter::Integer);
-        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let camera = camera([0.5, -3.0, 2.0], [120, 80]);
         let settings =
             Settings { channels: vec![Channel::Instance, Channel::Triangle, Channel::Position], ..Settings::default() };
         let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
@@ -354,10 +375,7 @@ mod tests {
     fn images_are_equal_up_to_rounding_and_independent_of_history() {
         let world = world();
         let prepared = prepare(&world, None);
-        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 29.5, 19.5, 1.0]);
-        let (eye, target) = (DVec3::new(0.5, -5.0, 3.0), DVec3::new(0.0, 0.0, 0.4));
-        let (size, center) = ([60, 40], PixelCenter::Integer);
-        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let camera = camera([0.5, -5.0, 3.0], [60, 40]);
         let settings =
             Settings { integrator: Integrator::Path, max_depth: Some(4), samples: 32, ..Settings::default() };
         let picture = |world: &PreparedWorld| {

@@ -40,7 +40,7 @@ use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::filter::FilterSampler;
 use crate::sampling::sampler::Sampler;
-use crate::settings::Settings;
+use crate::settings::{Integrator, Settings};
 use crate::tile_renderer::needs::RenderNeeds;
 use crate::tile_renderer::screen_mask::ScreenMask;
 use crate::tile_renderer::stats::RenderStats;
@@ -115,6 +115,17 @@ struct GroundTruthBuffers {
 /// the error reliably.
 const FIRST_ADAPTIVE_CHECK: u32 = 64;
 
+/// Segments that a sample counts for in a closed room, at most.
+const MAX_SEGMENTS: u32 = 8;
+
+/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner there.
+pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
+    let is_dark = || settings.integrator.effective_lights(world).constant_environment() == Some(Vec3::ZERO);
+    let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
+    let segments = if is_closed { settings.max_depth.map_or(MAX_SEGMENTS, |depth| depth.min(MAX_SEGMENTS)) } else { 1 };
+    camera.size().into_iter().chain([samples, segments]).map(u64::from).product()
+}
+
 impl<'a> TileRenderer<'a> {
     pub fn new(
         world: &'a PreparedWorld,
@@ -127,7 +138,6 @@ impl<'a> TileRenderer<'a> {
         let needs = RenderNeeds::new(settings, camera, geometry);
         // A slice of the shutter's time is seen by few rays: a flattened scene of its own does not pay.
         let many = needs.samples && needs.color && settings.integrator.traces_secondary_rays() && shutter.is_none();
-        let [width, height] = camera.size().map(u64::from);
         if needs.center_rays && shutter.is_none() {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
@@ -138,7 +148,7 @@ impl<'a> TileRenderer<'a> {
         let mut renderer = Self {
             world,
             scene: match many {
-                true => geometry.scene_for_samples(width * height * u64::from(settings.samples)),
+                true => geometry.scene_for_samples(traced_samples(world, camera, settings, settings.samples)),
                 false => geometry.two_level(),
             },
             shutter,
@@ -165,8 +175,8 @@ impl<'a> TileRenderer<'a> {
     /// True if a frame of this many samples has the same texture filter and scene.
     pub fn is_frame_of(&self, samples: u32) -> bool {
         let planned = self.settings.samples;
-        let [width, height] = self.camera.size().map(u64::from);
-        let pays = |samples| self.world.geometry.flattening_pays(width * height * u64::from(samples));
+        let traced = |samples| traced_samples(self.world, self.camera, self.settings, samples);
+        let pays = |samples| self.world.geometry.flattening_pays(traced(samples));
         let is_flat = self.scene.is_single_level() && !self.world.geometry.scene.is_single_level();
         let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
         let same_filter = || RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned);

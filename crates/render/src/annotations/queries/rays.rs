@@ -142,7 +142,7 @@ pub fn occluded(
             Kernel::Exact => {
                 let filter = rays.selection.filter(&world.geometry, &local, range);
                 let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
-                world.geometry.occluded_exact(&local, filter, &mut occluded);
+                world.geometry.exact_scene().occluded_exact(&local, &world.geometry, filter, &mut occluded);
             }
             Kernel::Float32 { coherent } => {
                 world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
@@ -169,7 +169,7 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
                 world.geometry.closest_exact(rays, &mut hits);
             } else {
                 let filter = query.selection.filter(&world.geometry, rays, range);
-                world.geometry.closest_exact_of(rays, &filter, &mut hits);
+                world.geometry.exact_scene().closest_exact_of(rays, &world.geometry, &filter, &mut hits);
             }
         }
         Kernel::Float32 { coherent } => {

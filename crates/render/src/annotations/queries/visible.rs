@@ -54,7 +54,7 @@ pub fn visible(
         let selects = !pairs.selection.is_everything();
         let filter = SightFilter { geometry, ends: &ends, margin: pairs.margin, selection, selects };
         let mut occluded = vec![false; rays.len()];
-        geometry.occluded_exact(&rays, Some(&filter), &mut occluded);
+        geometry.exact_scene().occluded_exact(&rays, geometry, Some(&filter), &mut occluded);
         let is_finite = |ends: &[[f64; 3]; 2]| ends.as_flattened().iter().all(|x| x.is_finite());
         ends.iter().zip(occluded).map(|(ends, occluded)| !occluded && is_finite(ends)).collect::<Vec<bool>>()
     };

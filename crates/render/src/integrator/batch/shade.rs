@@ -99,10 +99,7 @@ impl PathTracer<'_> {
             path.split_count += 1;
             (*path, sample)
         });
-        let continues = match bsdf.samples.get(lane) {
-            Some(sample) => advance(path, sample, queues),
-            None => false,
-        };
+        let continues = bsdf.samples.get(lane).is_some_and(|sample| advance(path, sample, queues));
         if let Some((mut path, sample)) = split
             && advance(&mut path, sample, queues)
         {
