@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+import raycam
 
 __all__ = ["format_color_array", "format_color_vector", "format_texture_source"]
 
