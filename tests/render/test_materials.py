@@ -113,3 +113,20 @@ def test_settings_below_zero_are_refused(setting: str) -> None:
         raycam.render(world, integrator="path", **{setting: -1.0})
     with pytest.raises(raycam.SettingsError, match="max_depth"):
         raycam.render(world, integrator="path", max_depth=0)
+
+
+@pytest.mark.parametrize(("direction", "radiance"), [([1, 0, 0], 2.25), ([1, 1, 1], 0.0)])
+def test_a_path_in_clear_glass_ends(direction: list[int], radiance: float) -> None:
+    """Within a cube of glass in a white sky, without a limit of segments.
+
+    Straight at a face the radiance is n², as within every medium (pbrt, section 9.5.2). Along the diagonal every face
+    reflects all of it, so the path never leaves: nothing but roulette ends it.
+    """
+    world = raycam.World()
+    world.add_object(box={"size": [2, 2, 2]}, type="glass", ior=1.5)
+    world.add_light("sky", radiance=1.0)
+    eye = np.array([0.1, 0.05, 0.02])
+    camera = raycam.Camera.look_at(eye, eye + direction, size=(8, 8), fov=8)
+    with pytest.warns(raycam.Notice):  # all beyond white, or black
+        color = raycam.render(world, camera, integrator="path", samples=16, channels="color")["color"]
+    np.testing.assert_allclose(color, radiance, rtol=0.02)
