@@ -1,4 +1,6 @@
-"""Draws `images/speed.svg`: the time to the same error beside Mitsuba 3 and Cycles, from the newest benchmark result.
+"""Draws `images/speed.svg`: times to the same error beside Mitsuba 3 and Cycles, from the newest benchmark results.
+
+The scenes where light is hard come first. Times are relative to raycam's.
 
 python docs/speed_chart.py
 """
@@ -15,67 +17,95 @@ COLUMNS = {
     "Mitsuba ms": ("Mitsuba 3", "#8796a5"),
     "Cycles ms": ("Cycles", "#b9c2cb"),
 }
-WIDTH, BAR, GAP, LEFT, TOP = 720, 11, 12, 64, 64
+WIDTH, BAR, GAP, LEFT, TOP, HEAD = 720, 9, 9, 70, 62, 30
+LONGEST = 12.0
+"""The longest bar, in times of raycam's; longer ones are cut there and say so."""
+
+Rows = list[tuple[str, list[float]]]
 
 
-def newest() -> Path:
-    """The newest result with the times of all three."""
-    return max(
-        path for path in RESULTS.glob("*time_to_error.md") if "## With Cycles" in path.read_text("utf-8")
-    )
+def newest(name: str, heading: str) -> Path:
+    """The newest result of this name with a heading."""
+    return max(path for path in RESULTS.glob(f"*{name}.md") if f"## {heading}" in path.read_text("utf-8"))
 
 
-def rows(text: str) -> list[tuple[str, list[float]]]:
-    """Scenes with their milliseconds, in the order of `COLUMNS`, from the table under "With Cycles"."""
-    table = [line for line in text.partition("## With Cycles")[2].splitlines() if line.startswith("|")]
-    names = [cell.strip() for cell in table[0].strip("|").split("|")]
-    wanted = [names.index(column) for column in COLUMNS]
+def table(text: str) -> list[dict[str, str]]:
+    """The rows of the first table in a text, by the names of its columns."""
+    lines = [line for line in text.splitlines() if line.startswith("|") or not line.strip()]
+    lines = "\n".join(lines).strip().partition("\n\n")[0].splitlines()
+    head, _, *body = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line]
+    return [dict(zip(head, cells, strict=True)) for cells in body]
+
+
+def hard_rows(text: str) -> Rows:
+    """Scenes of closed rooms and glass: by how much Mitsuba and Cycles take longer, in processor time."""
+    others, _, cycles = text.partition("## Beside Cycles")
+    gains = {row["scene"]: float(row["gain over cycles"]) for row in table(cycles)}
+    return [
+        (row["scene"], [1.0, float(row["gain over mitsuba"]), gains[row["scene"]]])
+        for row in table(others)
+        if row["scene"] in gains
+    ]
+
+
+def open_rows(text: str) -> Rows:
+    """The other scenes, from the milliseconds of the table under "With Cycles"."""
     found = []
-    for line in table[2:]:
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) != len(names) or not all(re.fullmatch(r"[\d.]+", cells[place]) for place in wanted):
-            break
-        found.append((cells[0], [float(cells[place]) for place in wanted]))
+    for row in table(text.partition("## With Cycles")[2]):
+        times = [row[column] for column in COLUMNS]
+        if all(re.fullmatch(r"[\d.]+", time) for time in times):
+            found.append((row["scene"], [float(time) / float(times[0]) for time in times]))
     return found
 
 
-def chart(found: list[tuple[str, list[float]]], source: str) -> str:
-    """The chart as SVG; bars are of the time relative to raycam's."""
-    largest = max(times[i] / times[0] for _, times in found for i in range(len(times)))
-    scale = (WIDTH - LEFT - 90) / largest
-    height = TOP + len(found) * (len(COLUMNS) * BAR + GAP) + 8
-    text = 'font-family="sans-serif" font-size="11"'
+def chart(groups: dict[str, Rows]) -> str:
+    """The chart as SVG, a heading and its scenes for each group."""
+    scale = (WIDTH - LEFT - 60) / LONGEST
+    count = sum(map(len, groups.values()))
+    height = TOP + len(groups) * HEAD + count * (len(COLUMNS) * BAR + GAP)
+    text = 'font-size="11"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" '
+        'font-family="sans-serif" font-size="9" fill="#444">',
         f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>',
-        f'<text x="10" y="18" font-family="sans-serif" font-size="13" fill="#222">Time to the same error, path traced,'
-        f" in times of raycam's: shorter is better ({source}, 2 cores)</text>",
+        '<text x="10" y="18" font-size="13" fill="#222">Time to the same error, path traced, '
+        "in times of raycam's: longer is slower</text>",
     ]
     for number, (name, color) in enumerate(COLUMNS.values()):
         x = LEFT + number * 110
         parts.append(f'<rect x="{x}" y="32" width="11" height="11" fill="{color}"/>')
         parts.append(f'<text x="{x + 16}" y="42" {text} fill="#222">{name}</text>')
     y = TOP
-    for scene, times in found:
-        parts.append(f'<text x="{LEFT - 8}" y="{y + 21}" {text} fill="#222" text-anchor="end">{scene}</text>')
-        for (_, color), time in zip(COLUMNS.values(), times, strict=True):
-            long = time / times[0] * scale
-            parts.append(f'<rect x="{LEFT}" y="{y}" width="{long:.1f}" height="{BAR - 1}" fill="{color}"/>')
+    for heading, rows in groups.items():
+        parts.append(f'<text x="10" y="{y + 14}" {text} font-weight="bold" fill="#222">{heading}</text>')
+        y += HEAD
+        for scene, times in rows:
             parts.append(
-                f'<text x="{LEFT + long + 4:.1f}" y="{y + 9}" {text} fill="#555">{time / times[0]:.1f}'
-                f" ({time:g} ms)</text>"
+                f'<text x="{LEFT - 8}" y="{y + 17}" {text} fill="#222" text-anchor="end">{scene}</text>'
             )
-            y += BAR
-        y += GAP
+            for (_, color), time in zip(COLUMNS.values(), times, strict=True):
+                long = min(time, LONGEST) * scale
+                said = f"{time:.1f}" if time >= 0.95 or time == 1.0 else f"{time:.2f}"
+                said = f"{said}, cut" if time > LONGEST else said
+                parts.append(
+                    f'<rect x="{LEFT}" y="{y}" width="{long:.1f}" height="{BAR - 1}" fill="{color}"/>'
+                )
+                parts.append(f'<text x="{LEFT + long + 4:.1f}" y="{y + 8}">{said}</text>')
+                y += BAR
+            y += GAP
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
 def main() -> None:
     """Writes the chart."""
-    path = newest()
-    (DOCS / "images" / "speed.svg").write_text(
-        chart(rows(path.read_text("utf-8")), path.name[:10]), encoding="utf-8"
-    )
+    hard, other = newest("light_in_turn_hard_others", "Beside Cycles"), newest("time_to_error", "With Cycles")
+    groups = {
+        f"Closed rooms, caustics, lamps behind glass ({hard.name[:10]}, processor time)": hard_rows(
+            hard.read_text("utf-8")
+        ),
+        f"Open scenes ({other.name[:10]}, two cores)": open_rows(other.read_text("utf-8")),
+    }
+    (DOCS / "images" / "speed.svg").write_text(chart(groups), encoding="utf-8")
 
 
 if __name__ == "__main__":
