@@ -65,8 +65,17 @@ class Tab:
         return found["result"].get("value")
 
     def wait(self, condition: str) -> None:
-        """Waits until a script is true."""
-        until(lambda: self.evaluate(condition), f"never true: {condition}")
+        """Waits until a script is true. It may fail while the page is another one, or on its way."""
+        until(lambda: self._is_true(condition), f"never true: {condition}")
+
+    def _is_true(self, condition: str) -> bool:
+        script = f"(() => {{ try {{ return Boolean({condition}); }} catch {{ return false; }} }})()"
+        try:
+            return bool(self.evaluate(script))
+        except AssertionError as error:
+            if "target navigated" in str(error):
+                return False
+            raise
 
     def show(self, width: int, height: int, scheme: str = "light") -> None:
         """Sets the size of the window, and light or dark."""
@@ -81,8 +90,10 @@ class Tab:
 
     def open(self, url: str) -> None:
         """Loads a page, until its first picture is there."""
-        self.call("Page.navigate", url=url)
-        self.wait("document.getElementById('status-picture')?.textContent")
+        self.evaluate("globalThis.isLeft = true")
+        if "loaderId" not in self.call("Page.navigate", url=url):  # the same document, at another fragment
+            self.evaluate("globalThis.isLeft = false")
+        self.wait("!globalThis.isLeft && document.getElementById('status-picture')?.textContent")
 
     def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
         """A mouse event at CSS pixels of the window."""
