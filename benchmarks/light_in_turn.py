@@ -36,6 +36,7 @@ OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")
 }
+OTHERS["mitsuba scalar"] = ("path_mitsuba", {"variant": "scalar_rgb", "sampler": "independent"})
 OTHERS |= {"cycles": ("path_cycles", {}), "cycles guided": ("path_cycles", {"use_guiding": True})}
 OTHERS |= {f"pbrt {sampler}": ("path_pbrt", {"sampler": sampler}) for sampler in ("independent", "zsobol")}
 FAMILIES = ("before", "mitsuba", "cycles", "pbrt")
