@@ -56,6 +56,15 @@ def rolling(camera: raycam.Camera) -> raycam.Camera:
     return camera.moving(camera.at_pose(end.R, end.location), exposure=0.01, readout=0.05)
 
 
+def check_pixel(found: raycam.Explanation, frame: raycam.Frame) -> None:
+    """What is explained of a pixel is what the frame has there."""
+    column, row = found.pixel
+    seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
+    assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
+    assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
+    assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+
+
 @pytest.mark.parametrize("moves", [False, True])
 @pytest.mark.parametrize("name", ["pinhole", *LENSES, "parallel"])
 def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
@@ -72,11 +81,7 @@ def test_what_is_explained_is_what_is_rendered(name: str, moves: bool) -> None:
     )
     for column in range(2, SIZE[0], 9):
         for row in range(2, SIZE[1], 9):
-            found = raycam.explain(world, camera, (column, row))
-            seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
-            assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
-            assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
-            assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+            check_pixel(raycam.explain(world, camera, (column, row)), frame)
 
 
 @pytest.mark.parametrize("direction", ["down", "left"])
@@ -105,10 +110,7 @@ def test_what_moves_before_a_rolling_shutter_is_explained_as_it_is_rendered(
     for column in range(2, SIZE[0], 7):
         for row in range(2, SIZE[1], 7):
             found = raycam.explain(moment, camera, (column, row))
-            seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
-            assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
-            assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
-            assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+            check_pixel(found, frame)
             point = point_at(moment, camera, column + 0.5, row + 0.5)
             if point is not None:
                 np.testing.assert_allclose(point, frame["position"][row, column], atol=1e-5)
