@@ -67,11 +67,8 @@ def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> fl
     """How far below a place [3] the highest ground within `foot` metres is; None above nothing."""
     down = -np.eye(3)[2 if camera.up == "z" else 1]
     starts = feet(camera, place, foot)
-    found = float(
-        world.cast_rays(starts, np.broadcast_to(down, starts.shape).copy(), fields=("t",), threads=1)[
-            "t"
-        ].min()
-    )
+    directions = np.broadcast_to(down, starts.shape).copy()
+    found = float(world.cast_rays(starts, directions, fields=("t",), threads=1)["t"].min())
     return found if math.isfinite(found) else None
 
 

@@ -72,9 +72,8 @@ def walk(
     """
     up = _up(camera)
     level = camera.forward - (camera.forward @ up) * up
-    if (
-        np.linalg.norm(level) < 1e-3
-    ):  # straight up or down: the way that the picture's top points, or its foot
+    if np.linalg.norm(level) < 1e-3:
+        # Straight up or down: the way that the picture's top points, or its foot.
         level = np.cross(up, camera.R[0])
     level /= np.linalg.norm(level)
     place = camera.location + right * np.cross(level, up) + forward * level

@@ -72,7 +72,7 @@ function fromOutside({ rayAt, size, offset, up, ray, found }) {
     const { C, r } = rayAt(u, v);
     return plusTimes(eye(C), far / dot(r, ray.forward), r);
   };
-  const [right, bottom] = size.map((side_) => side_ - 1 + offset);
+  const [right, bottom] = size.map((extent) => extent - 1 + offset);
   const corners = /** @type {[number, number][]} */ ([[offset, offset], [right, offset], [right, bottom], [offset, bottom]]);
   const frame = corners.map(([u, v]) => onPlane(u, v));
   /** @type {Mark[]} */
@@ -84,9 +84,9 @@ function fromOutside({ rayAt, size, offset, up, ray, found }) {
   if (found) marks.push({ kind: "area triangle", at: found.corners.map(page) });
   marks.push({ kind: found ? "line ray" : "arrow ray", at: [start, end].map(page), text: "r" });
   if (found) {
-    const size_ = Math.max(...found.edges.map(lengthOf));
+    const longest = Math.max(...found.edges.map(lengthOf));
     const towards = Math.sign(-found.below) || 1; // drawn on the camera's side
-    marks.push({ kind: "arrow normal", at: [end, plusTimes(end, 0.5 * size_ * towards, unit(found.n))].map(page), text: towards > 0 ? "n" : "-n" });
+    marks.push({ kind: "arrow normal", at: [end, plusTimes(end, 0.5 * longest * towards, unit(found.n))].map(page), text: towards > 0 ? "n" : "-n" });
     found.corners.forEach((corner, i) => marks.push({ kind: "dot corner", at: [page(corner)], text: "abc"[i] }));
     marks.push({ kind: "dot hit", at: [page(end)], text: "f(t)" });
   }
