@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import struct
+import subprocess
+import sys
 import zlib
 from pathlib import Path
 from typing import Any
@@ -507,3 +510,17 @@ def test_without_the_extra_the_error_says_how_to_get_it(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(raycam.Error, match=r"pip install 'raycam\[usd\]'"):
         raycam.load(tmp_path / "a.usda")
+
+
+def test_the_worker_leaves_without_taking_the_library_down(tmp_path: Path) -> None:
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    limits = {"memory": 1 << 33, "bytes": 1 << 20, "seconds": 60, "triangles": 9, "folder": str(tmp_path)}
+    limits |= {"time": None, "single": False, "up": None}
+    program = (
+        "import atexit, runpy, sys; atexit.register(print, 'taken down'); "
+        "runpy.run_module('raycam.usd.worker', run_name='__main__', alter_sys=True)"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "a.usda"), str(tmp_path), json.dumps(limits)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "taken down" not in done.stdout
+    assert (tmp_path / "world.json").is_file()

@@ -290,3 +290,7 @@ def main(path: Path, folder: Path, options: Options) -> None:
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]), Path(sys.argv[2]), Options(**json.loads(sys.argv[3])))
+    # All is written. Threads of Pixar's library may still run, and taking it down at the same time aborts at times.
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
