@@ -343,12 +343,20 @@ def view(world: World, options: argparse.Namespace, *, moving: bool = False) -> 
     from ..world.framing import framing_camera, moments_of
 
     if is_framed(world, options):
-        moments = moments_of(world, options.animation) if moving else []
+        moments = moments_of(world, animation_of(world, options)) if moving else []
         return framing_camera(world, **_framing(world, options), moments=moments)
     camera = _given_camera(world, options)
     if options.camera is not None and is_unposed_within(world, camera):
         print_notice(f"{UNPOSED}; --view-from SIDE puts it where the world fits")
     return camera
+
+
+def animation_of(world: World, options: argparse.Namespace) -> str | int | None:
+    """The animation of `--animation`: a name, or a number where no animation has it as its name."""
+    given: str | None = options.animation
+    if given is None or not given.isdecimal() or given in (each.name for each in world.animations):
+        return given
+    return int(given)
 
 
 def _given_camera(world: World, options: argparse.Namespace) -> Camera:

@@ -15,6 +15,7 @@ from ._options import (
     add_camera,
     add_rendering,
     add_world,
+    animation_of,
     load_world,
     named_camera,
     numbers,
@@ -130,8 +131,6 @@ def _run(options: argparse.Namespace) -> None:
     _render(options, output, world, camera, channel_names(names), save)
 
 
-LIGHT = frozenset({"color", "error"})
-"""The channels that show light."""
 LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background", "background_camera")
 """The options of looks."""
 
@@ -159,12 +158,16 @@ def _render(
     save: Callable[[Frame], object],
 ) -> None:
     """Renders one picture here, or in tiles by a job, and saves it."""
+    from ..render import SHADED
+
     settings = rendering(options)
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
         reject_look(options, ("background",), "goes without --workers, --cluster and --shard")
-        shaded, truth = not LIGHT.isdisjoint(names), not set(names) <= LIGHT
-        shown, settings = dressed(world, camera, options, settings, shaded=shaded, truth_of_world=not truth)
+        lit = set(names) & set(SHADED)
+        shown, settings = dressed(
+            world, camera, options, settings, shaded=bool(lit), truth_of_world=lit == set(names)
+        )
         if _by_job(options, output, shown, camera, names, save, settings) is None:
             print_result(f"shard {options.shard} is finished; {output} is made when all are")
         return
@@ -185,10 +188,10 @@ def _picture(
     import time
 
     from ..progress import bar
-    from ..render import render
+    from ..render import SHADED, render
 
     def one(title: str, channels: Sequence[str], own: dict[str, Any]) -> Frame:
-        shown, used = dressed(world, camera, options, own, shaded=not LIGHT.isdisjoint(channels))
+        shown, used = dressed(world, camera, options, own, shaded=not set(SHADED).isdisjoint(channels))
         start = time.monotonic()
         print_detail(
             f"{title}: {', '.join(f'{name}={value}' for name, value in used.items()) or 'the defaults'}"
@@ -253,10 +256,7 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
         return world, view(world, options) if rig is None else next(iter(rig.values())), rig
-    if options.animation is not None and options.animation.isdecimal():
-        names = [each.name for each in world.animations]
-        options.animation = options.animation if options.animation in names else int(options.animation)
-    moment = world.at(options.at, options.animation)
+    moment = world.at(options.at, animation_of(world, options))
     # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
     seen = moment if world.cameras else world
     camera = view(seen, options, moving=seen is world) if rig is None else next(iter(rig.values()))

@@ -66,8 +66,8 @@ def framing_camera(
     if camera is not None:
         size = camera.size
     toward = _direction(direction, world.up)
-    share = MAX_TRIANGLES // max(len(moments), 1)
-    found = [bounding_corners(moment, share) for moment in moments or (world,)]
+    most = MAX_TRIANGLES // max(len(moments), 1)
+    found = [bounding_corners(moment, most) for moment in moments or (world,)]
     clouds = [cloud for cloud in found if cloud is not None]
     if not clouds:
         raise CameraError("the world has no objects: there is nothing to look at")
@@ -158,16 +158,16 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
 
 
 def moments_of(world: World, animation: str | int | None = None) -> list[World]:
-    """The world at even times of its video and its animation; none where it has neither."""
+    """The world at even times of its video and an animation, by name or number (default: the first); none of neither.
+
+    Raises `WorldError` for an unknown animation, as `World.at` does.
+    """
     animations = world.animations
-    names = [each.name for each in animations]
-    if isinstance(animation, str):
-        number = int(animation) if animation.isdecimal() else None
-        animation = names.index(animation) if animation in names else number
-    length = 0.0 if world.video is None else world.video.seconds
-    if animations:
-        moving = animation if isinstance(animation, int) and animation < len(names) else 0
-        length = max(length, animations[moving].duration)
+    asked = [each for number, each in enumerate(animations) if animation in (each.name, number)]
+    lengths = [each.duration for each in (asked or animations)[:1]]
+    if world.video is not None:
+        lengths.append(world.video.seconds)
+    length = max(lengths, default=0.0)
     times = [length * number / (MOMENTS - 1) for number in range(MOMENTS)] if length > 0 else []
     return [world.at(time, animation) for time in times]
 
