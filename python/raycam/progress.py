@@ -71,7 +71,7 @@ class _Bar:
         self._title = title
         self._start = time.monotonic()
         self._begun: int | None = None
-        """What was done before the bar began: a job that goes on."""
+        """The amount done before the bar began: a job that goes on."""
         self._last: float | None = None
         self._width = 0
 

@@ -57,7 +57,7 @@ def rolling(camera: raycam.Camera) -> raycam.Camera:
 
 
 def check_pixel(found: raycam.Explanation, frame: raycam.Frame) -> None:
-    """What is explained of a pixel is what the frame has there."""
+    """Checks that a pixel is explained as the frame has it."""
     column, row = found.pixel
     seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
     assert seen == (frame["instance"][row, column], frame["triangle"][row, column])

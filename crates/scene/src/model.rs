@@ -168,7 +168,7 @@ impl Light {
     /// Reads the file that it names, unless that was done.
     ///
     /// # Errors
-    /// Those of `files`.
+    /// The errors of `files`.
     pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
             Light::Environment { image, .. } => image.load(|file| {

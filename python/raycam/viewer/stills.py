@@ -18,7 +18,7 @@ __all__ = ["COLORS", "SAMPLED", "TRUTH", "FromScratch", "Refinement", "Slices", 
 COLORS = ("color", "alpha", "coverage")
 """The channels that get better with samples."""
 SAMPLED = (*COLORS, "error")
-"""Those, and the estimate of their error, which is asked for alone: it costs samples."""
+"""The same, and the estimate of their error, which is asked for alone: it costs samples."""
 TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4

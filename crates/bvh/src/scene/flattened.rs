@@ -13,7 +13,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// Those of [`Bvh::build`] and [`Scene::build`].
+    /// The errors of [`Bvh::build`] and [`Scene::build`].
     pub fn flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],

@@ -24,7 +24,7 @@ pub type ExrChannel = (String, bool, Vec<u32>);
 /// Every channel of an EXR file of one part at its largest level, row by row from the top, and their columns and rows.
 ///
 /// # Errors
-/// Those of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.
+/// The errors of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.
 pub fn read_exr(path: &Path, budget: &Budget) -> Result<([u32; 2], Vec<ExrChannel>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     stand_in::check(path, &source.bytes)?;

@@ -93,7 +93,7 @@ impl AssetRoot {
     /// Completes a world that was read from here: adds the notices, and stores its images in the texture cache.
     ///
     /// # Errors
-    /// Those of [`World::page_textures`].
+    /// The errors of [`World::page_textures`].
     pub fn finish_world(&mut self, world: &mut World) -> Result<()> {
         world.notices.extend(self.drain_notices());
         world.texture_cache = self.texture_memory.clone();

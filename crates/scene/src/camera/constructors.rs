@@ -56,7 +56,7 @@ impl Camera {
     /// pixel of `c`.
     ///
     /// # Errors
-    /// Those of [`Camera::new`].
+    /// The errors of [`Camera::new`].
     pub fn orthographic(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let (k, r) = (validated_intrinsics(k)?, validated_rotation(r)?);
@@ -99,7 +99,7 @@ impl Camera {
     /// A camera at `location` turned by `roll`, `pitch`, `yaw` in degrees (see [`pose`]).
     ///
     /// # Errors
-    /// Those of [`Camera::new`], and angles that are not finite.
+    /// The errors of [`Camera::new`], and angles that are not finite.
     #[allow(clippy::too_many_arguments, reason = "the six numbers of a pose have names of their own")]
     pub fn from_pose(
         location: DVec3,
@@ -121,7 +121,7 @@ impl Camera {
     /// A camera at `eye` that sees `target` at its principal point, with `up_vector` upwards in the picture.
     ///
     /// # Errors
-    /// Those of [`Camera::new`]; `eye` equal to `target`; `up_vector` zero or parallel to the viewing direction.
+    /// The errors of [`Camera::new`]; `eye` equal to `target`; `up_vector` zero or parallel to the viewing direction.
     pub fn look_at(
         eye: DVec3,
         target: DVec3,
@@ -147,7 +147,7 @@ impl Camera {
     /// A camera from OpenCV's extrinsics: a rotation vector (axis times angle in radians) and `t = -R C`.
     ///
     /// # Errors
-    /// Those of [`Camera::new`], and values that are not finite.
+    /// The errors of [`Camera::new`], and values that are not finite.
     pub fn from_opencv(k: DMat3, rvec: DVec3, t: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         if !(rvec.is_finite() && t.is_finite()) {
             return Err(SceneError::Camera(format!("rotation vector {rvec} and translation {t} must be finite")));
@@ -159,7 +159,7 @@ impl Camera {
     /// A camera from OpenGL's, Blender's and NeRF's pose matrix, whose camera axes are x right, y up, z backward.
     ///
     /// # Errors
-    /// Those of [`Camera::new`], and a matrix whose last row is not 0 0 0 1.
+    /// The errors of [`Camera::new`], and a matrix whose last row is not 0 0 0 1.
     pub fn from_opengl(k: DMat3, world_from_camera: DMat4, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         let last = world_from_camera.row(3);
         if last.to_array() != [0.0, 0.0, 0.0, 1.0] {

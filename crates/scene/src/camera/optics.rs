@@ -87,7 +87,7 @@ impl Camera {
     /// The same camera at another pose: camera_from_world, and its centre. A moving camera moves along.
     ///
     /// # Errors
-    /// Those of [`Camera::new`] about R and C.
+    /// The errors of [`Camera::new`] about R and C.
     pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self> {
         let r = validated_rotation(r)?;
         if self.center == Center::Infinity {
@@ -109,7 +109,7 @@ impl Camera {
     /// The same camera with other intrinsics and another size of its picture.
     ///
     /// # Errors
-    /// Those of [`Camera::new`] about K and the size.
+    /// The errors of [`Camera::new`] about K and the size.
     pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self> {
         check_size(size)?;
         let k = match self.center {

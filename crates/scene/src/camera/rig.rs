@@ -93,7 +93,7 @@ impl Rig {
     /// The same rig at another pose: body_from_world, and where the body is. A moving one moves along.
     ///
     /// # Errors
-    /// Those of [`Rig::new`] about the pose.
+    /// The errors of [`Rig::new`] about the pose.
     pub fn at_pose(&self, pose: Pose) -> Result<Self> {
         let turn = validated_rotation(pose.r)?.transpose() * self.body.r;
         let motion = self.motion.as_ref().map(|motion| {
@@ -132,7 +132,7 @@ impl Camera {
     /// The camera in the world, where `self` is in the axes of a body.
     ///
     /// # Errors
-    /// Those of [`Camera::at_pose`].
+    /// The errors of [`Camera::at_pose`].
     pub fn in_world(&self, body: &Pose) -> Result<Self> {
         if *body == Pose::IDENTITY {
             return Ok(self.clone());

@@ -105,7 +105,7 @@ impl ShutterMotion {
     /// [`PATH_STEPS`] straight steps.
     ///
     /// # Errors
-    /// Those of the way.
+    /// The errors of the way.
     pub fn resampled(&self, way: impl Fn(f64) -> Result<Pose>) -> Result<Self> {
         let whole = self.total_duration();
         let steps = if whole > 0.0 { PATH_STEPS } else { 0 };

@@ -44,8 +44,8 @@ impl ObjectSpec {
     /// stays theirs. A mesh file brings its materials; other meshes keep the object's.
     ///
     /// # Errors
-    /// Those of [`ObjectSpec::build`], [`SceneError::World`] where there is no such object, and where vertices are given
-    /// alone that are not as many as before or leave shading normals behind.
+    /// The errors of [`ObjectSpec::build`], [`SceneError::World`] where there is no such object, and where vertices
+    /// are given alone that are not as many as before or leave shading normals behind.
     pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
         world.check_object(id).map_err(F::Error::from)?;
         match self.change_placement(world, id) {

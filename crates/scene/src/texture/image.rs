@@ -104,7 +104,7 @@ impl Texels {
     /// The same texels, all in memory, without a copy of those that are there already.
     ///
     /// # Errors
-    /// Those of [`Texels::in_memory`].
+    /// The errors of [`Texels::in_memory`].
     pub(crate) fn into_memory(self) -> Result<Texels> {
         match self {
             Self::Paged(texels) => Ok(texels.read_all()?.into()),

@@ -119,7 +119,7 @@ impl Texture {
     /// Checks its image.
     ///
     /// # Errors
-    /// Those of [`Image::validate`].
+    /// The errors of [`Image::validate`].
     pub fn validate(&self) -> Result<()> {
         self.image.validate()
     }

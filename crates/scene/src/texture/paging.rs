@@ -13,7 +13,7 @@ impl TextureCache {
     /// The image, counted, and paged where those kept so far do not fit with it.
     ///
     /// # Errors
-    /// Those of [`Image::validate`] and [`TextureCache::page_out`].
+    /// The errors of [`Image::validate`] and [`TextureCache::page_out`].
     pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>> {
         image.validate()?;
         self.count(&image);

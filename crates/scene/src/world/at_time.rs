@@ -18,7 +18,7 @@ impl World {
     /// move is shared. Cameras are as they are; see [`Video::camera_at`].
     ///
     /// # Errors
-    /// Those of [`World::animated_at`] and of [`World::at_video_time`].
+    /// The errors of [`World::animated_at`] and of [`World::at_video_time`].
     pub fn at_time(&self, clock: WorldTime) -> Result<World> {
         let moved = match (&self.node_tree, clock.animation) {
             (None, None) => self.at_video_time(clock.time)?,

@@ -32,7 +32,7 @@ impl World {
     /// Adds a material and returns its index, with a notice where it reflects more light than arrives.
     ///
     /// # Errors
-    /// Those of [`Material::validate`], and a texture that there is not.
+    /// The errors of [`Material::validate`], and a texture that there is not.
     pub fn add_material(&mut self, material: Material) -> Result<usize> {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
@@ -93,7 +93,7 @@ impl World {
     /// Adds a light and returns its index.
     ///
     /// # Errors
-    /// Those of [`Light::validate`].
+    /// The errors of [`Light::validate`].
     pub fn add_light(&mut self, mut light: Light) -> Result<usize> {
         light.validate()?;
         self.notices.extend(light.clamp_negative_texels());

@@ -9,7 +9,7 @@ impl World {
     /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
     ///
     /// # Errors
-    /// Those of [`Rig::cameras`].
+    /// The errors of [`Rig::cameras`].
     pub fn add_rig(&mut self, rig: Rig) -> Result<usize> {
         let cameras = rig.cameras()?;
         let mut names = Names::default();

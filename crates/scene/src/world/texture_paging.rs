@@ -13,7 +13,7 @@ impl World {
     /// The same, its images within a memory for textures.
     ///
     /// # Errors
-    /// Those of [`World::page_textures`].
+    /// The errors of [`World::page_textures`].
     pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self> {
         let mut known = HashSet::new();
         for texture in &self.textures {

@@ -8,7 +8,7 @@ impl World {
     /// Builds it again in their way, for worlds that come as data: every part is valid, and every index leads somewhere.
     ///
     /// # Errors
-    /// Those of the methods that add its parts.
+    /// The errors of the methods that add its parts.
     pub fn validated(mut self) -> Result<World> {
         for mesh in &self.meshes {
             mesh.validate()?;

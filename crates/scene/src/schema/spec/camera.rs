@@ -303,7 +303,7 @@ impl BackgroundSpec {
     /// The background it describes.
     ///
     /// # Errors
-    /// Those of [`CameraSpec::build`], and a camera of a picture that covers the frame.
+    /// The errors of [`CameraSpec::build`], and a camera of a picture that covers the frame.
     pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {

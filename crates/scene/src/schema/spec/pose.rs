@@ -153,7 +153,7 @@ impl PoseSpec {
     /// The pose it describes of a body, whose axes are x ahead, y left, z up where all angles are 0.
     ///
     /// # Errors
-    /// Those of [`PoseSpec::build`].
+    /// The errors of [`PoseSpec::build`].
     pub fn build_body(&self, up: Up) -> Result<Pose> {
         let pose = self.build(up)?;
         Ok(match self.r {

@@ -52,7 +52,7 @@ impl RenderSpec {
     /// The options that it describes, and a notice for each old name.
     ///
     /// # Errors
-    /// Those of [`RenderOptions::validate`], and an option under both its names.
+    /// The errors of [`RenderOptions::validate`], and an option under both its names.
     pub fn build(self) -> Result<(RenderOptions, Vec<String>)> {
         let mut notices = Vec::new();
         let noise = [self.noise_threshold, self.old_noise];
