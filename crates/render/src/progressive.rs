@@ -19,10 +19,9 @@ use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Samples of the first rounds of [`Progressive::add_for`].
-const FIRST_ROUNDS: [u32; 2] = [4, 16];
-/// The same in worlds with textures, whose filter is another one below 16 samples: the first ones are thrown away.
-const FIRST_TEXTURED_ROUNDS: [u32; 2] = [2, 16];
+/// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others: what
+/// was added before then starts anew, so it is little.
+const FIRST_ROUNDS: [u32; 2] = [2, 16];
 /// Samples that each later round adds.
 const ROUND: u32 = 16;
 
@@ -121,14 +120,12 @@ impl Progressive {
     /// Errors of [`Progressive::add`].
     pub fn add_for(&mut self, time: Duration, control: &Control) -> Result<u32, RenderError> {
         let end = Instant::now().checked_add(time);
-        let is_textured = !self.prepared.geometry.textures.is_empty();
-        let first_rounds = if is_textured { FIRST_TEXTURED_ROUNDS } else { FIRST_ROUNDS };
         loop {
             let least = self.samples(None);
             if least >= self.settings.samples {
                 return Ok(least);
             }
-            let first = first_rounds.into_iter().find(|&round| round > least);
+            let first = FIRST_ROUNDS.into_iter().find(|&round| round > least);
             let until = first.unwrap_or(least.saturating_add(ROUND)).min(self.settings.samples);
             self.add_until(until, None, end, control)?;
             if end.is_some_and(|end| Instant::now() >= end) {

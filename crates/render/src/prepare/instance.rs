@@ -76,18 +76,20 @@ impl PreparedInstance {
         category: i32,
     ) -> Self {
         let linear = object.world_from_mesh.matrix3;
-        let inverse = linear.inverse();
-        let of_point = linear.abs() * inverse.abs();
+        let stretch = stretched.as_ref().map_or(DMat3::IDENTITY, |own| own.stretch);
+        // From the coordinates that rays are traced in.
+        let traced = linear * stretch.inverse();
+        let of_point = traced.abs() * traced.inverse().abs();
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
-        let reach = (mesh.upper - mesh.center).max(mesh.center - mesh.lower).max_element();
+        let reach = (stretch.abs() * (mesh.upper - mesh.center).max(mesh.center - mesh.lower)).max_element();
         Self {
             error_bounds: ErrorBounds {
                 per_point: of_point,
-                per_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
+                per_mesh: of_point * place + traced.abs() * DVec3::splat(2.0 * reach),
             },
             is_identity: object.world_from_mesh == DAffine3::IDENTITY,
             world_from_mesh: object.world_from_mesh,
-            normal_from_mesh: inverse.transpose(),
+            normal_from_mesh: linear.inverse().transpose(),
             flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
