@@ -47,8 +47,8 @@ def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
     all_answers = Answers()
     (one, _), (two, _) = listening(small_world), listening(small_world)
     for number in range(3):
-        all_answers.ask(one, {"type": "explain", "id": number})
-    all_answers.ask(two, {"type": "explain", "id": 9})
+        all_answers.queue_message(one, {"type": "explain", "id": number})
+    all_answers.queue_message(two, {"type": "explain", "id": 9})
     until(lambda: len(slow.begun) == 2)
     assert slow.begun == [(one, 0), (two, 9)]
     slow.gate.set()
@@ -61,11 +61,11 @@ def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: rayc
     all_answers = Answers()
     clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
     for session, _ in clients:
-        all_answers.ask(session, {"type": "explain", "id": 0})
+        all_answers.queue_message(session, {"type": "explain", "id": 0})
     until(lambda: len(slow.begun) == AT_ONCE)
     session, heard = clients[-1]
     for number in range(1, MOST_WAITING + 1):
-        all_answers.ask(session, {"type": "explain", "id": number})
+        all_answers.queue_message(session, {"type": "explain", "id": number})
     assert [each["type"] for each in heard] == ["notice"]
     # Whoever leaves is forgotten: nothing more of it begins.
     all_answers.forget(session)
@@ -80,8 +80,8 @@ def test_the_end_does_not_wait_for_long_and_stops_films(
     monkeypatch.setattr(answers, "GRACE", 0.1)
     all_answers = Answers()
     session, _ = listening(small_world)
-    all_answers.ask(session, {"type": "film", "id": 0})
-    all_answers.ask(session, {"type": "film", "id": 1})
+    all_answers.queue_message(session, {"type": "film", "id": 0})
+    all_answers.queue_message(session, {"type": "film", "id": 1})
     until(lambda: len(slow.begun) == 1)
     all_answers.close()
     assert session.film_stop.is_set()
@@ -104,7 +104,7 @@ def test_a_fault_is_told_and_the_next_answer_is_made(
     all_answers = Answers()
     session, heard = listening(small_world)
     for number in range(2):
-        all_answers.ask(session, {"type": "explain", "id": number})
+        all_answers.queue_message(session, {"type": "explain", "id": number})
     until(lambda: done == [0, 1])
     assert [each["text"] for each in heard] == ["RuntimeError: broken"]
     assert "broken" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 from raycam.errors import Cancelled
 from raycam.viewer.answers import answer
 from raycam.viewer.files import film
-from raycam.viewer.outputs import film as saved
+from raycam.viewer.files.outputs import film as saved
 from raycam.viewer.session import Session
 
 

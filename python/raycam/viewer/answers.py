@@ -7,7 +7,7 @@ import traceback
 from typing import Any
 
 from ..errors import Cancelled, Error, SettingsError
-from .outputs import film, snapshot
+from .files.outputs import film, snapshot
 from .probe import explained, values_at
 from .session import Session
 
@@ -37,7 +37,7 @@ class Answers:
         self._threads = 0
         self._ends = False
 
-    def ask(self, session: Session, message: dict[str, Any]) -> None:
+    def queue_message(self, session: Session, message: dict[str, Any]) -> None:
         """Answers a message when its turn comes; with a notice where too many of its client wait."""
         with self._changed:
             if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:

@@ -261,7 +261,7 @@ class Server:
                             probes = [*probes[1:], now]
                             await asyncio.to_thread(probe, session, message)
                     elif kind in SLOW:
-                        self.answers.ask(session, message)
+                        self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
                         if self._follow and kind in SHARED:

@@ -131,7 +131,7 @@ class Views:
         elif message["type"] not in SLOW:
             session.receive(message)
         else:
-            self._answers.ask(session, message)
+            self._answers.queue_message(session, message)
 
     def _tell(self, view: str, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
         self._say({"view": view, "message": message}, list(buffers))

@@ -70,14 +70,14 @@ fn stretch_of(linear: DMat3) -> Option<DMat3> {
     if is_good(linear) || !linear.inverse().is_finite() {
         return None;
     }
-    // Of the mesh's axes, as powers of two: no coordinate is rounded, and similar transforms have the same.
+    // Powers of two along the mesh's axes: no coordinate is rounded, and similar transforms have the same.
     let lengths = DVec3::new(linear.x_axis.length(), linear.y_axis.length(), linear.z_axis.length());
     let largest = lengths.max_element();
     let axes = DMat3::from_diagonal((lengths / largest).to_array().map(|l| l.log2().round().exp2()).into());
     if is_good(linear * axes.inverse()) {
         return Some(axes);
     }
-    // Of axes across the mesh's: transforms that shear.
+    // Transforms that shear squeeze across the mesh's axes.
     let (_, stretch) = polar(if linear.determinant() < 0.0 { -linear } else { linear })?;
     let step = largest / STRETCH_STEPS;
     let stretch = DMat3::from_cols_array(&stretch.to_cols_array().map(|x| (x / step).round() / STRETCH_STEPS));
