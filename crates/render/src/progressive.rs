@@ -22,8 +22,8 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 /// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others: what
 /// was added before then starts anew, so it is little.
 const FIRST_ROUNDS: [u32; 2] = [2, 16];
-/// Samples that each later round adds.
-const ROUND: u32 = 16;
+/// Samples that a later round adds, at most; until then it doubles them. Each finds the camera rays anew.
+const LARGEST_ROUND: u32 = 64;
 
 /// Frame to which samples are added. Each tile keeps its own number: its pixels are at any time those of
 /// [`render`](crate::render()) with so many samples, to the bit, for any slices, regions, cancellations and threads.
@@ -126,7 +126,7 @@ impl Progressive {
                 return Ok(least);
             }
             let first = FIRST_ROUNDS.into_iter().find(|&round| round > least);
-            let until = first.unwrap_or(least.saturating_add(ROUND)).min(self.settings.samples);
+            let until = first.unwrap_or(least.saturating_add(least.min(LARGEST_ROUND))).min(self.settings.samples);
             self.add_until(until, None, end, control)?;
             if end.is_some_and(|end| Instant::now() >= end) {
                 return Ok(self.samples(None));

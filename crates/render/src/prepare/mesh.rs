@@ -138,15 +138,22 @@ impl PreparedMesh {
         }
     }
 
-    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Built outside of the lock:
-    /// threads must not wait for it.
+    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Refitted, which costs rays nothing
+    /// where all boxes are squeezed alike, outside of the lock: threads must not wait for it.
     pub fn stretched_bvh(&self, index: usize, stretch: DMat3) -> Result<Arc<Bvh>, RenderError> {
         let known = || self.stretched.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().iter().find(|(own, _)| *own == stretch).and_then(|(_, bvh)| bvh.upgrade());
         if let Some(found) = found {
             return Ok(found);
         }
-        let bvh = Arc::new(in_pool(|| build_bvh(index, &self.mesh, self.center, stretch))??);
+        let stretched = || {
+            check_build_memory(index, &self.mesh)?;
+            let mut bvh = Bvh::clone(&self.bvh);
+            let vertices = local_vertices(&self.mesh, self.center, stretch);
+            let is_refitted = bvh.refit(&vertices, &self.mesh.triangles).is_ok();
+            if is_refitted { Ok(bvh) } else { build_bvh(index, &self.mesh, self.center, stretch) }
+        };
+        let bvh = Arc::new(in_pool(stretched)??);
         let mut known = known();
         known.retain(|(own, bvh)| *own != stretch && bvh.strong_count() > 0);
         known.push((stretch, Arc::downgrade(&bvh)));
@@ -215,10 +222,15 @@ pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
 
 /// BVH of a mesh around `center`, after a linear map.
 fn build_bvh(index: usize, mesh: &Mesh, center: DVec3, stretch: DMat3) -> Result<Bvh, RenderError> {
-    let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
-    check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)?;
+    check_build_memory(index, mesh)?;
     let vertices = local_vertices(mesh, center, stretch);
     Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })
+}
+
+/// Checks that there is memory for the tree of a mesh.
+fn check_build_memory(index: usize, mesh: &Mesh) -> Result<(), RenderError> {
+    let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
+    check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)
 }
 
 /// Float32 vertices relative to `center`, after a linear map.
