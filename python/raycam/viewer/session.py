@@ -6,7 +6,6 @@ one of a newer version.
 
 from __future__ import annotations
 
-import json
 import math
 import secrets
 import threading
@@ -30,7 +29,7 @@ from .files.uploads import Uploads
 from .pace import Pace
 from .probe import ground_below, point_at
 from .scene import navigation
-from .scene.copies import FILES, camera_text
+from .scene.copies import FILES, camera_table, camera_text, render_command
 from .scene.edits import Edits
 from .scene.overlay import frusta, polylines
 from .scene.selection import Selection
@@ -500,39 +499,48 @@ class Session:
 
     def copied(self, format: str) -> str:
         """The camera as text, with all digits. Raises `FormatError` where the format does not hold it."""
-        description = self.given.to_dict()
         if format == "command":
-            return self._command(description)
+            return self._command()
         if format in FILES:
             text, notices = camera_text(self.given, format)
             for notice in notices:
                 self.send_message({"type": "notice", "text": notice})
             return text
         if format == "python":
-            return f"camera = raycam.Camera.from_dict({description!r}, up={self.given.up!r})"
-        lines = [f"{key} = {json.dumps(value)}" for key, value in description.items()]
-        return "\n".join(["[camera]", *lines])
+            return f"camera = raycam.Camera.from_dict({self.given.to_dict()!r}, up={self.given.up!r})"
+        return camera_table(self.given)
 
-    def _command(self, description: dict[str, Any]) -> str:
+    def _command(self) -> str:
         """The command that renders what rests: by the camera's name, or by a calibration of its own."""
-        import shlex
-
+        if self.base is not self.edits.opened:
+            text = "The file does not have the edits that were made here: Save TOML or Save GLB writes one that has."
+            self.send_message({"type": "notice", "text": text})
+        if self.source is None:
+            text = "This world has no file here: put the name of one in the place of the first word after render."
+            self.send_message({"type": "notice", "text": text})
+        settings = self.base.render_settings
         width, height = self.size
-        options = [
-            f"--size {width}x{height}",
-            f"--integrator {self.integrator}",
-            f"--samples {self.most_samples()}",
-        ]
-        if self.seconds > 0:
-            options.append(f"--at {self.time!r}")
-        if self.name:
-            options.append(f"--camera {shlex.quote(self.name)}")
-            camera = ""
-        else:
-            options.append("--camera camera.toml")
-            table = "\n".join(f"{key} = {json.dumps(value)}" for key, value in description.items())
-            camera = f"cat > camera.toml <<'EOF'\n[camera]\n{table}\nEOF\n"
-        return f"{camera}raycam render {shlex.quote(self.title)} -o picture.png {' '.join(options)}"
+        options = {
+            "size": f"{width}x{height}",
+            "integrator": self.integrator,
+            "samples": self.most_samples(),
+            "at": self.time if self.seconds > 0 else None,
+            "animation": self.animation or None,
+            "variant": self.variant or None,
+            "exposure": self.exposure if self.exposure != settings.get("exposure", 0.0) else None,
+            "view": self.view if self.view != settings.get("view", "standard") else None,
+        }
+        return render_command(self.source or self.title, self.name or self._at_the_start(), options)
+
+    def _at_the_start(self) -> Camera:
+        """The free camera as it was before the motion of the video, with which `raycam render --at` moves it."""
+        if self.base.video is None:
+            return self.given
+        before = self.base.camera_at(self.given, -self.time)
+        if not np.allclose(self.base.camera_at(before, self.time).P, self.given.P, rtol=1e-9, atol=1e-9):
+            text = f"The video moves its camera: at {self.time:.6g} s the command shows what that camera sees then."
+            self.send_message({"type": "notice", "text": text})
+        return before
 
     def send_message(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
         """Sends a message, if a client is connected."""
