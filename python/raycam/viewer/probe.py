@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,12 @@ from .stills import truth
 __all__ = ["explained", "explanation_parts", "ground_below", "point_at", "values_at"]
 
 
-def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
+def values_at(
+    world: World, camera: Camera, still: Frame | None, u: int, v: int, names: Sequence[str]
+) -> dict[str, Any]:
     """The values of all channels of a pixel, with names of ids, as the message `values` has them.
+
+    `names` are those of the world's objects.
 
     Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
     """
@@ -39,7 +44,7 @@ def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int)
             }
     instance = int(channels["instance"])
     if instance >= 0:
-        values["instance"]["name"] = world.objects[instance].name
+        values["instance"]["name"] = names[instance]
     category = world.categories.get(int(channels["category"]))
     if category is not None:
         values["category"]["name"] = category

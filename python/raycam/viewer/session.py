@@ -29,6 +29,7 @@ from .files.uploads import Uploads
 from .pace import Pace
 from .probe import ground_below, point_at
 from .scene import navigation
+from .scene.contents import names_of_objects
 from .scene.copies import FILES, camera_table, camera_text, render_command
 from .scene.edits import Edits
 from .scene.overlay import frusta, polylines
@@ -99,8 +100,7 @@ class Session:
         self.integrator = chosen if chosen in DEFAULT_SAMPLES else "direct"
         self.samples = samples
         self.threads = threads
-        bounds = world.bounds
-        self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+        self._measure()
         self.pivot: Floats = self.bounds.mean(axis=0)
         self.pace = Pace()
         self.send: Send | None = None
@@ -128,6 +128,8 @@ class Session:
         """Ends what is rendered of this version."""
         self.still: Frame | None = None
         """The newest picture of samples of this version."""
+        self._told: tuple[Any, ...] = ()
+        """The outline of the world that the client was told last."""
         self._start(**{name: value for name, value in (start or {}).items() if value is not None})
 
     def _start(
@@ -142,7 +144,10 @@ class Session:
     ) -> None:
         """Sets what is shown first."""
         animations = [each.name for each in self.base.animations]
-        self.time = min(real("time", time, 0.0, what="seconds"), self.seconds)
+        self.time = real("time", time, 0.0, what="seconds")
+        if self.time > self.seconds:
+            lasts = f"what moves in it lasts {self.seconds:g} s" if self.seconds else "nothing moves in it"
+            raise SettingsError(f"the world has no time {self.time:g} s: {lasts}")
         self.animation = one_of("animation", animation, animations) if animation else ""
         self.variant = one_of("variant", variant, self.base.variants) if variant else ""
         self.channel = one_of("channel", channel, (*SAMPLED, *TRUTH))
@@ -150,7 +155,7 @@ class Session:
             self.exposure = real("exposure", exposure, -100, 100, what="a number of stops")
         if view is not None:
             self.view = one_of("view", view, VIEWS)
-        if self.time > 0 or self.variant:
+        if self.time > 0 or self.animation or self.variant:
             self.world, self.given = self.moment(self.time)
 
     @property
@@ -202,7 +207,8 @@ class Session:
     # Messages ----------------------------------------------------------------------------------------------
 
     def welcome(self) -> dict[str, Any]:
-        """The message that begins a session."""
+        """The message that begins a session, or tells of another world."""
+        self._told = self._outline()
         return {
             "type": "welcome",
             "version": __version__,
@@ -211,7 +217,7 @@ class Session:
             "channels": [{"name": name} for name in (*COLORS[:1], *TRUTH, *COLORS[1:], "error")],
             "cameras": list(self.world.cameras),
             "names": {
-                "instance": {each.id: each.name for each in self.world.objects},
+                "instance": dict(enumerate(self.object_names)),
                 "category": self.world.categories,
             },
             "origin": [0, 0],
@@ -332,10 +338,36 @@ class Session:
         self.changed()
 
     def rebase(self) -> None:
-        """Shows the world after an edit."""
+        """Shows the world after an edit, or another world that a script gives."""
+        self._measure()
+        outline = self._outline()
+        if outline != self._told:
+            self._forget_what_is_gone()
         self._evaluate()
+        if outline != self._told:
+            self.send_message(self.welcome())
         self.send_message(self.edits.about())
         self.send_message(self.selection.about())
+
+    def _outline(self) -> tuple[Any, ...]:
+        """All that a client is told of a world once: names and times."""
+        base = self.base
+        animations = tuple((each.name, each.duration) for each in base.animations)
+        return tuple(base.cameras), self.object_names, tuple(base.variants), animations, self.seconds, tuple(base.categories.items())
+
+    def _forget_what_is_gone(self) -> None:
+        """Lets go of the camera, the variant, the animation and the time that the world does not have."""
+        base = self.base
+        self.name = self.name if self.name in base.cameras else ""
+        self.variant = self.variant if self.variant in base.variants else ""
+        self.animation = self.animation if self.animation in [each.name for each in base.animations] else ""
+        self.time = min(self.time, self.seconds)
+
+    def _measure(self) -> None:
+        """Takes note of the world's objects: their names, and where they are."""
+        self.object_names = tuple(names_of_objects(self.base))
+        bounds = self.base.bounds
+        self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
 
     def _upload(self, message: dict[str, Any]) -> None:
         self._require_open()
@@ -363,8 +395,7 @@ class Session:
             self.time, self.animation, self.variant = 0.0, "", ""
             self.home = self.given = camera
             self.name = next((each for each, found in world.cameras.items() if found == camera), "")
-            bounds = world.bounds
-            self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+            self._measure()
             self.pivot = self.bounds.mean(axis=0)
         self.changed()
         self.send_message(self.welcome())

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import one_of
+from ..arguments import one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render.frame import Frame
@@ -64,8 +64,9 @@ class Viewer:
         """
         if integrator is not None:
             one_of("integrator", integrator, list(DEFAULT_SAMPLES))
-        if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
-            raise SettingsError(f"samples must be a whole number from 1 to {1 << 16}, not {samples!r}")
+        if samples is not None:
+            samples = whole("samples", samples, 1, 1 << 16)
+        threads = thread_count(threads)
         self._edits = Edits(world, allowed=edit)
         self._camera = world.default_camera() if camera is None else camera
         self._options: dict[str, Any] = {

@@ -13,6 +13,7 @@ import numpy as np
 from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
+from .contents import matrix_of_object
 from .navigation import rotation_about
 from .overlay import polylines
 
@@ -30,7 +31,7 @@ EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the po
 def middle_of(world: World, number: int) -> Floats:
     """The middle of an object's bounds in its mesh's coordinates, [3]."""
     corners = world.triangles(number).reshape(-1, 3)
-    matrix = np.asarray(world.objects[number].matrix)
+    matrix = matrix_of_object(world, number)
     if not len(corners):
         return np.zeros(3)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
