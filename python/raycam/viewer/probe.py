@@ -18,7 +18,7 @@ from ..world import World
 from .scene.navigation import feet
 from .stills import truth
 
-__all__ = ["explained", "explanation_parts", "ground_below", "point_at", "values_at"]
+__all__ = ["bounds_at", "explained", "explanation_parts", "ground_below", "point_at", "values_at"]
 
 
 def values_at(
@@ -66,6 +66,20 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
         return None
     position = world_at_line(world, camera, pixel).cast_rays(origin, direction, threads=1)["position"]
     return position if np.isfinite(position).all() else None
+
+
+def bounds_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
+    """The bounds [2, 3] of the object that is seen at a place of the picture, or None."""
+    pixel = np.array([u, v]) + camera.corner
+    origin, direction = camera.rays(pixel)
+    if not np.isfinite(direction).all():
+        return None
+    there = world_at_line(world, camera, pixel)
+    instance = int(there.cast_rays(origin, direction, fields=("instance",), threads=1)["instance"])
+    if instance < 0:
+        return None
+    corners = there.triangles(instance).reshape(-1, 3)
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:

@@ -12,6 +12,7 @@ import secrets
 import socket
 import threading
 import time
+import traceback
 from collections.abc import Callable, Collection, Sequence
 from http import HTTPStatus
 from typing import Any
@@ -22,7 +23,7 @@ from . import gate
 from .messages import LONGEST, BadMessage, message_of, packed
 from .outputs import film, snapshot
 from .probe import explained, values_at
-from .scheduler import Scheduler
+from .scheduler import Scheduler, failure
 from .session import Session
 
 __all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "QUEUED_SLOW", "SLOW", "Server", "answer", "probe"]
@@ -309,7 +310,12 @@ def probe(session: Session, message: dict[str, Any]) -> None:
 async def _answer_all(session: Session, slow: asyncio.Queue[dict[str, Any]]) -> None:
     """Answers what takes its time, one after the other."""
     while True:
-        await asyncio.to_thread(answer, session, await slow.get())
+        message = await slow.get()
+        try:
+            await asyncio.to_thread(answer, session, message)
+        except Exception as error:
+            traceback.print_exc()
+            session.send_message({"type": "error", "text": failure(error)})
 
 
 def answer(session: Session, message: dict[str, Any]) -> None:

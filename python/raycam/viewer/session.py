@@ -20,19 +20,19 @@ import numpy as np
 from .._core import Cancel, __version__
 from ..arguments import Floats, one_of, real
 from ..camera import Camera
-from ..errors import CameraError, Error, SettingsError, WorldError
+from ..errors import Error, SettingsError, WorldError
 from ..explanation.scene_figure import Line
 from ..notices import collected
 from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
 from .pace import Pace
-from .probe import ground_below, point_at
+from .probe import bounds_at, ground_below, point_at
 from .scene import navigation
 from .scene.contents import names_of_objects
 from .scene.copies import FILES, camera_table, camera_text, render_command
 from .scene.edits import Edits
-from .scene.overlay import frusta, polylines
+from .scene.overlay import MOST_CAMERAS, frusta, grid, polylines
 from .scene.selection import Selection
 from .stills import COLORS, SAMPLED, TRUTH, Refinement, refinement
 
@@ -90,6 +90,7 @@ class Session:
         self.home = camera
         self.name = next((name for name, each in world.cameras.items() if each == camera), "")
         """The name of the world's camera that is looked through; "" for a free one."""
+        self.home_name = self.name
         self.given = camera
         """The camera in its own size, at the pose looked from."""
         self.space = (640, 480)
@@ -110,6 +111,8 @@ class Session:
         self.visible = True
         self.shows_cameras = False
         """True if the world's cameras are drawn over the picture."""
+        self.shows_grid = False
+        """True if the world's axes and a grid on its ground are drawn over the picture."""
         self.shows_explained = True
         """True if the rays of the explained pixel are drawn over the picture."""
         self.selection = Selection(self.edits)
@@ -227,6 +230,12 @@ class Session:
             "integrator": self.integrator,
             "explanations": [],
             "opens": self.allows_open,
+            "overlay": {
+                "cameras": self.shows_cameras,
+                "explained": self.shows_explained,
+                "grid": self.shows_grid,
+            },
+            "triangles": self.world.counts["triangles"],
             "time": {"now": self.time, "seconds": self.seconds, "animation": self.animation},
             "animations": [each.name for each in self.base.animations],
             "variants": self.base.variants,
@@ -353,7 +362,14 @@ class Session:
         """All that a client is told of a world once: names and times."""
         base = self.base
         animations = tuple((each.name, each.duration) for each in base.animations)
-        return tuple(base.cameras), self.object_names, tuple(base.variants), animations, self.seconds, tuple(base.categories.items())
+        return (
+            tuple(base.cameras),
+            self.object_names,
+            tuple(base.variants),
+            animations,
+            self.seconds,
+            tuple(base.categories.items()),
+        )
 
     def _forget_what_is_gone(self) -> None:
         """Lets go of the camera, the variant, the animation and the time that the world does not have."""
@@ -395,6 +411,7 @@ class Session:
             self.time, self.animation, self.variant = 0.0, "", ""
             self.home = self.given = camera
             self.name = next((each for each, found in world.cameras.items() if found == camera), "")
+            self.home_name = self.name
             self._measure()
             self.pivot = self.bounds.mean(axis=0)
         self.changed()
@@ -402,7 +419,13 @@ class Session:
         self.send_message(self.edits.about())
 
     def _overlay(self, message: dict[str, Any]) -> None:
+        begins = message["cameras"] and not self.shows_cameras
         self.shows_cameras, self.shows_explained = message["cameras"], message["explained"]
+        self.shows_grid = message["grid"]
+        count = len(self.world.cameras)
+        if begins and count > MOST_CAMERAS:
+            text = f"The first {MOST_CAMERAS} of {count:,} cameras are drawn."
+            self.send_message({"type": "notice", "text": text})
         self.redraw()
 
     def _select(self, message: dict[str, Any]) -> None:
@@ -422,7 +445,7 @@ class Session:
 
     def overlay(self, camera: Camera) -> list[dict[str, Any]]:
         """The lines over a picture of `camera`."""
-        made = []
+        made = grid(self.bounds, camera) if self.shows_grid else []
         if self.shows_cameras:
             length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
             made += frusta(self.world.cameras, camera, length, self.name)
@@ -492,29 +515,39 @@ class Session:
         elif kind == "roll":
             moved = navigation.roll(camera, math.radians(dx))
         elif kind == "dolly":
-            moved = self._dollied(camera, message, dz)
+            moved = self._dollied(camera, message, 1.15 ** max(-20.0, min(20.0, dz)))
         elif kind == "pivot":
             point = point_at(self.world, camera, message["u"], message["v"])
             if point is not None:
                 self.pivot = point
             return
-        elif kind == "fit":
-            self.pivot = self.bounds.mean(axis=0)
-            moved = navigation.fit(camera, self.bounds)
+        elif kind in ("fit", "frame"):
+            within = bounds_at(self.world, camera, message["u"], message["v"]) if kind == "frame" else None
+            within = self.bounds if within is None else within
+            self.pivot = within.mean(axis=0)
+            moved = navigation.fit(self.given, within)
         else:
-            self.given, self.pivot, moved = self.home, self.bounds.mean(axis=0), self.home
+            self.pivot = self.bounds.mean(axis=0)
+            if self.home_name in self.world.cameras:
+                self._camera({"name": self.home_name})
+                return
+            self.given = moved = self.home
         self._go(moved)
 
-    def _dollied(self, camera: Camera, message: dict[str, Any], steps: float) -> Camera:
-        """Nearer to the point under the pointer; beside everything, along the view to the pivot."""
+    def _dollied(self, camera: Camera, message: dict[str, Any], factor: float) -> Camera:
+        """Nearer to the point under the pointer; beside everything, along the view to the pivot.
+
+        A camera of parallel rays sees things larger instead.
+        """
         if camera.is_parallel:
-            raise CameraError("a camera with parallel rays comes no nearer")
+            origin, _ = camera.rays(np.array([message["u"], message["v"]]) + camera.corner)
+            return navigation.magnified(self.given, origin, factor)
         point = point_at(self.world, camera, message["u"], message["v"])
         if point is None:
             distance = float(np.linalg.norm(self.pivot - camera.location))
             origin, direction = camera.rays(np.array([message["u"], message["v"]]) + camera.corner)
             point = origin + distance * (direction if np.isfinite(direction).all() else camera.forward)
-        return navigation.dolly(camera, point, 1.15 ** max(-20.0, min(20.0, steps)))
+        return navigation.dolly(camera, point, factor)
 
     def _pace_of_flight(self) -> float:
         """Metres of a step: a share of the world's size."""
@@ -522,7 +555,8 @@ class Session:
 
     def _go(self, moved: Camera) -> None:
         if np.isfinite(moved.location).all() and np.isfinite(moved.R).all():
-            self.given = self.given.at_pose(moved.R, moved.location)
+            is_scaled = moved.is_parallel and moved.size == self.given.size
+            self.given = moved if is_scaled else self.given.at_pose(moved.R, moved.location)
             self.name = ""
             self.changed()
 

@@ -14,7 +14,7 @@ NAME, MATRIX, VISIBLE = 0, 4, 5  # of an object of the core
 
 def names_of_objects(world: World) -> list[str]:
     """The names of all objects, in the order of their ids."""
-    return [each[NAME] for each in world._core.objects]
+    return [str(each[NAME]) for each in world._core.objects]
 
 
 def visibilities(world: World) -> list[bool]:

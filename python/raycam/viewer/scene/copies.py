@@ -1,4 +1,4 @@
-"""Cameras as the text of other tools' files, by the writers of `raycam.save_cameras`, and as the command of a picture."""
+"""Cameras as the text of other tools' files, by the writers of `raycam.save_cameras`, and the command of a picture."""
 
 from __future__ import annotations
 
@@ -42,9 +42,10 @@ def render_command(file: Path | str, camera: Camera | str, options: Mapping[str,
     if isinstance(file, Path):
         below = os.path.relpath(file) if file.drive == Path.cwd().drive else ".."
         file = str(file) if below.startswith("..") else below
-    named = isinstance(camera, str)
-    first = "" if named else f"cat > camera.toml <<'EOF'\n{camera_table(camera)}\nEOF\n"
-    given = {**options, "camera": camera if named else "camera.toml"}
+    first, name = "", camera
+    if not isinstance(camera, str):
+        first, name = f"cat > camera.toml <<'EOF'\n{camera_table(camera)}\nEOF\n", "camera.toml"
+    given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
         # Written as one word where a value begins with a minus, which would be taken for an option.

@@ -15,13 +15,13 @@ from ...camera import Camera
 from ...world import World
 from .contents import matrix_of_object
 from .navigation import rotation_about
-from .overlay import polylines
+from .overlay import AXES, polylines
 
 __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
 
 TOOLS = ("move", "turn", "scale")
 HANDLES = ("x", "y", "z", "all")
-COLORS = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff", "all": "#ffffff"}
+COLORS = {**AXES, "all": "#ffffff"}
 LENGTH = 90.0  # pixels of an axis where the picture has no distortion
 PIECES = 32
 LEAST, MOST = 0.01, 100.0  # factors of a drag
