@@ -285,10 +285,11 @@ export class PictureView {
         context.stroke();
       }
     }
-    for (const { name, lines, color } of overlay) {
+    for (const { name, lines, color, thin } of overlay) {
       if (!name) continue;
       const line = lines[lines.length - 1];
-      const [u, v] = color ? line[line.length - 1] : lines[0][0];
+      const inside = thin && lines.flat().find(([u, v]) => u > 0 && v > this.height / 4 && u < this.width / 2 && v < this.height);
+      const [u, v] = inside || (color ? line[line.length - 1] : lines[0][0]);
       context.lineWidth = 3;
       context.fillStyle = color || OVERLAY_COLOR;
       context.strokeStyle = haloOf(String(context.fillStyle));

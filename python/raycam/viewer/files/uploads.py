@@ -81,8 +81,13 @@ class Uploads:
             raise SettingsError(f"{name} has not been uploaded")
         try:
             world = load(self._path() / name, folder=self._path())
-        except Error as error:  # a client is told names as it gave them
-            raise type(error)(str(error).replace(f"{self._path()}/", "")) from None
+        except FileNotFoundError as error:
+            missing = Path(str(error.filename)).name
+            raise SettingsError(
+                f"{name}: {missing}, which it names, was not dropped: drop all of its files together"
+            ) from None
+        except Error as error:
+            raise type(error)(self._told(str(error))) from None
         self._opened = set(self._sizes)
         return world
 
@@ -92,6 +97,12 @@ class Uploads:
             self._folder.cleanup()
             self._folder = None
         self._sizes, self._got = {}, {}
+
+    def _told(self, text: str) -> str:
+        """An error of a reader for a client, which knows the names that it gave, and no folder."""
+        text = text.replace(f"{self._path()}/", "").replace(str(self._path()), "of the dropped files")
+        told, is_outside, _ = text.partition("; to allow it")
+        return f"{told}; a dropped world names files beside it alone" if is_outside else told
 
     def _is_too_much(self, name: str, size: int) -> bool:
         """True if the files with this one would be too many, or too large."""
@@ -118,5 +129,6 @@ class Uploads:
     def _check_name(self, name: str, endings: tuple[str, ...]) -> None:
         if NAME.fullmatch(name) is None or not name.lower().endswith(endings) or name.endswith((" ", ".")):
             raise SettingsError(
-                f"{name!r}: names have letters, digits, dots, dashes and blanks, and end in {', '.join(endings)}"
+                f"{name!r}: names have letters from A to Z, digits, dots, dashes and blanks, and end in "
+                f"{', '.join(endings)}"
             )
