@@ -530,6 +530,7 @@ class Session:
             self.pivot = self.bounds.mean(axis=0)
             if self.home_name in self.world.cameras:
                 self._camera({"name": self.home_name})
+                self.send_message({"type": "about", **self.about()})
                 return
             self.given = moved = self.home
         self._go(moved)
