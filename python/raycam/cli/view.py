@@ -97,6 +97,7 @@ def _view_world(options: argparse.Namespace) -> None:
         title=Path(options.world).name,
         integrator=options.integrator,
         samples=options.samples,
+        size=options.size,
         host=options.host,
         port=options.port,
         allow_hosts=options.allow_host,

@@ -26,6 +26,7 @@ from ..notices import collected
 from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
+from .messages import WIDEST
 from .pace import Pace
 from .probe import bounds_at, ground_below, point_at
 from .scene import navigation
@@ -57,6 +58,7 @@ class Session:
         *,
         integrator: str | None = None,
         samples: int | None = None,
+        size: tuple[int, int] | None = None,
         title: str = "raycam",
         threads: int | None = None,
         source: Path | None = None,
@@ -94,6 +96,13 @@ class Session:
         self.given = camera
         """The camera in its own size, at the pose looked from."""
         self.space = (640, 480)
+        self.chosen = size
+        """The space of still pictures, whatever a client has; None for that of the client, up to `LARGEST`."""
+        if size is not None and (size[0] > WIDEST[0] or size[1] > WIDEST[1]):
+            raise SettingsError(
+                f"a view shows pictures of at most {WIDEST[0]} x {WIDEST[1]} pixels, not {size[0]} x {size[1]}: "
+                "raycam.render makes larger ones"
+            )
         self.channel = "color"
         self.exposure = float(settings.get("exposure", 0.0))
         self.view = str(settings.get("view", "standard"))
@@ -170,9 +179,10 @@ class Session:
 
     @property
     def size(self) -> tuple[int, int]:
-        """The size of the still picture: the camera's sides, scaled to the space that the client has."""
+        """The size of the still picture: the camera's sides, scaled to the chosen space or the client's."""
         width, height = self.given.size
-        scale = min(min(self.space[0], LARGEST[0]) / width, min(self.space[1], LARGEST[1]) / height)
+        space = self.chosen or (min(self.space[0], LARGEST[0]), min(self.space[1], LARGEST[1]))
+        scale = min(space[0] / width, space[1] / height)
         return max(1, round(width * scale)), max(1, round(height * scale))
 
     @property

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import one_of, thread_count, whole
+from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render.frame import Frame
@@ -44,6 +44,7 @@ class Viewer:
         title: str = "raycam",
         integrator: str | None = None,
         samples: int | None = None,
+        size: tuple[int, int] | None = None,
         host: str = "127.0.0.1",
         port: int | None = None,
         allow_hosts: Collection[str] = (),
@@ -57,6 +58,8 @@ class Viewer:
         height: int = 560,
     ) -> None:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world.
+
+        `size` is the space of its pictures, at most 1920 x 1080; otherwise they have that of a client's window.
 
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
@@ -73,6 +76,7 @@ class Viewer:
             "title": title,
             "integrator": integrator,
             "samples": samples,
+            "size": size,
             "threads": threads,
             "source": None if source is None else Path(source).absolute(),
             "allows_open": allow_open,
@@ -228,7 +232,8 @@ def view(
         options.setdefault("source", what)
         what = load(what)
     if size is not None:
-        camera = (what.default_camera() if camera is None else camera).resized(size)
+        camera = (what.default_camera() if camera is None else camera).resized(size_of(size))
+        options["size"] = size_of(size)
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)
