@@ -76,7 +76,7 @@ export class Client {
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
     if (message.type === "explained") showExplanation(/** @type {any} */ (message));
-    if (message.type === "notice" || message.type === "error") this.say(message.text, message.type);
+    if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
     if (message.type === "about") this.showAbout(message);
@@ -342,10 +342,11 @@ export class Client {
   /**
    * @param {string} text
    * @param {string} type "notice" or "error"
+   * @param {boolean} joins whether it joins what was just said: several sentences may answer one wish
    */
-  say(text, type) {
+  say(text, type, joins = false) {
     const box = byId("message", HTMLElement);
-    const isNext = !box.hidden && performance.now() - this.said < SAME_BREATH && !box.textContent?.split("\n").includes(text);
+    const isNext = joins && !box.hidden && performance.now() - this.said < SAME_BREATH && !box.textContent?.split("\n").includes(text);
     box.textContent = isNext ? `${box.textContent}\n${text}` : text;
     box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
     this.said = performance.now();

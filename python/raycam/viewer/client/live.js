@@ -165,9 +165,9 @@ export class LiveView {
   async copied(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.client.say("It is in the clipboard.", "notice");
+      this.client.say("It is in the clipboard.", "notice", true);
     } catch {
-      this.client.say(text, "notice");
+      this.client.say(text, "notice", true);
     }
   }
 
