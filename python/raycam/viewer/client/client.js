@@ -346,8 +346,10 @@ export class Client {
    */
   say(text, type, joins = false) {
     const box = byId("message", HTMLElement);
-    const isNext = joins && !box.hidden && performance.now() - this.said < SAME_BREATH && !box.textContent?.split("\n").includes(text);
-    box.textContent = isNext ? `${box.textContent}\n${text}` : text;
+    const before = box.textContent || "";
+    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // else it says what was said
+    const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
+    box.textContent = isNext ? `${before}\n${text}` : text;
     box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
     this.said = performance.now();
     box.hidden = false;
