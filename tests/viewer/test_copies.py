@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam import cli
 from raycam.viewer.server import answer
 from raycam.viewer.session import Session
+from raycam.viewer.viewer import Viewer
 from support.gltf_document import variant_square
 
 WORLD = """[render]
@@ -125,3 +127,31 @@ def test_the_command_says_what_it_leaves_out(small_world: raycam.World) -> None:
     command, said = copied_command(session)
     assert shlex.split(command)[2:4] == ["of a script", "-o"]
     assert ["edits" in said[0], "has no file" in said[1]] == [True, True]
+
+
+def test_cameras_of_another_file_are_listed_and_written_by_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "w.toml").write_text(WORLD)
+    table = (
+        '[[camera]]\nname = "added"\nlocation = [0, -5, 1]\ntarget = [0, 0, 0]\nsize = [32, 24]\nfov = 50\n'
+    )
+    (tmp_path / "more.toml").write_text(table)
+    matrix = "!!opencv-matrix {rows: 3, cols: 3, dt: d, data: [30., 0., 16., 0., 30., 12., 0., 0., 1.]}"
+    (tmp_path / "k.yaml").write_text(
+        f"%YAML:1.0\n---\nimage_width: 32\nimage_height: 24\ncamera_matrix: {matrix}\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    sessions: list[Session] = []
+    monkeypatch.setattr(Viewer, "wait", lambda viewer, **options: sessions.append(viewer._session()))
+    for file in ("more.toml", "k.yaml"):
+        assert (
+            cli.main(["view", "w.toml", "--no-browser", "--port", "0", "--samples", "2", "--cameras", file])
+            == 0
+        )
+    listed, unposed = (each.welcome()["cameras"] for each in sessions)
+    assert listed == ["-first; one", "wide", "added"]
+    assert len(unposed) == 3
+    assert "as a calibration without a pose leaves it" in capsys.readouterr().err
+    sessions[0].receive({"type": "camera", "name": "added"})
+    assert_gives_what_is_seen(sessions[0], tmp_path)

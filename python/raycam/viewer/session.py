@@ -62,6 +62,7 @@ class Session:
         title: str = "raycam",
         threads: int | None = None,
         source: Path | None = None,
+        added: frozenset[str] = frozenset(),
         allows_open: bool = False,
         start: Mapping[str, Any] | None = None,
         picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
@@ -72,6 +73,8 @@ class Session:
         """
         self.source = source
         """The file that the world was loaded from."""
+        self.added = added
+        """The names of cameras that the file does not have."""
         self.allows_open = allows_open
         self.picked = picked
         """Is told of the pixels that are clicked."""
@@ -418,6 +421,7 @@ class Session:
             self.edits.listen(self)
             self.selection = Selection(self.edits)
             self.world, self.title, self.source, self._lines = world, name, None, []
+            self.added = frozenset()
             self.time, self.animation, self.variant = 0.0, "", ""
             self.home = self.given = camera
             self.name = next((each for each, found in world.cameras.items() if found == camera), "")
@@ -594,7 +598,7 @@ class Session:
         if self.source is None:
             text = "This world has no file here: put the name of one in the place of the first word after render."
             self.send_message({"type": "notice", "text": text})
-        settings = self.base.render_settings
+        settings, named = self.base.render_settings, "" if self.name in self.added else self.name
         width, height = self.size
         options = {
             "size": f"{width}x{height}",
@@ -606,7 +610,7 @@ class Session:
             "exposure": self.exposure if self.exposure != settings.get("exposure", 0.0) else None,
             "view": self.view if self.view != settings.get("view", "standard") else None,
         }
-        return render_command(self.source or self.title, self.name or self._at_the_start(), options)
+        return render_command(self.source or self.title, named or self._at_the_start(), options)
 
     def _at_the_start(self) -> Camera:
         """The free camera as it was before the motion of the video, with which `raycam render --at` moves it."""

@@ -53,11 +53,13 @@ class Viewer:
         edit: bool = True,
         allow_open: bool = False,
         source: str | os.PathLike[str] | None = None,
+        added: Collection[str] = (),
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
     ) -> None:
-        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world.
+        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
+        the cameras that the file does not have.
 
         `size` is the space of its pictures, at most 1920 x 1080; otherwise they have that of a client's window.
 
@@ -79,6 +81,7 @@ class Viewer:
             "size": size,
             "threads": threads,
             "source": None if source is None else Path(source).absolute(),
+            "added": frozenset(added),
             "allows_open": allow_open,
             "start": start,
             "picked": self._pick,
