@@ -103,3 +103,18 @@ def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.
         assert (line["name"], line["color"]) == ("sun 0", "#e0a800")
     session.receive({"type": "overlay", "cameras": False, "explained": False, "grid": False})
     assert session.overlay(session.camera) == []
+
+
+def test_cameras_are_drawn_where_the_video_has_them() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    world.add_camera(raycam.Camera.look_at([3, 0, 1], [0, 0, 0], size=(48, 32), fov=40), "turning")
+    world.set_video(fps=10, seconds=2, orbit={"target": [0, 0, 0]})
+    session = Session(world, raycam.Camera.look_at([9, -9, 9], [0, 0, 0], size=(480, 320), fov=60))
+    session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
+    session.receive({"type": "time", "t": 1.0, "animation": ""})
+    (drawn,) = session.overlay(session.camera)
+    place = world.camera_at(world.camera("turning"), 1.0).location
+    assert np.allclose(place, [-3, 0, 1])
+    expected = session.camera.project(place)[0] - session.camera.corner
+    assert np.allclose(drawn["lines"][1][0], expected, atol=0.06)

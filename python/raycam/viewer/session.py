@@ -462,7 +462,8 @@ class Session:
         made = grid(self.bounds, camera) if self.shows_grid else []
         if self.shows_cameras:
             length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-            made += frusta(self.world.cameras, camera, length, self.name)
+            names = [name for name in self.world.cameras if name != self.name][:MOST_CAMERAS]
+            made += frusta({name: self._named(name, self.world, self.time) for name in names}, camera, length)
         if self.shows_explained:
             made += [line for line in (drawn(each, camera) for each in self._lines) if line["lines"]]
         return made + self.selection.handles(self.world, camera)

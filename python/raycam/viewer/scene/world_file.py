@@ -31,6 +31,10 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     document = _document(source)
     entries = document.get("object", [])
     before, after = _objects(opened), _objects(world)
+    if len(before) != len(after):
+        raise WorldError(
+            f"a script made {len(after)} objects of the file's {len(before)}: Save GLB keeps them"
+        )
     changed = [i for i, found in enumerate(after) if before[i : i + 1] != [found]]
     if changed and len(entries) != len(after):
         names = ", ".join(after[i].name for i in changed[:3])
@@ -53,7 +57,13 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
 def _document(source: Path) -> dict[str, Any]:
     """The tables of a world file; those that show a model of another format."""
     if source.suffix.lower() == ".toml":
-        return tomllib.loads(source.read_text(encoding="utf-8"))
+        try:
+            return tomllib.loads(source.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise WorldError(
+                f"{source.name}: the file of this world cannot be read any more ({error}): put it back as it was, or "
+                "Save GLB, which needs no file"
+            ) from None
     return {"object": [{"mesh": source.name}]}
 
 
@@ -107,6 +117,10 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
             built = World.from_dict(document, folder=source.parent)
     except (Error, OSError) as error:
         raise WorldError(f"a world file of this world would not load: {error}") from None
+    if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
+        raise WorldError(
+            f"{source.name} or a file that it names is another one than was opened: open it again, or Save GLB"
+        )
     shown = next(iter(built.cameras.values()))
     same = (
         _close(_objects(built), _objects(world))
@@ -115,6 +129,14 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
     )
     if not same:
         raise WorldError("a world file cannot say what was changed here: Save GLB keeps what glTF can say")
+
+
+def _same_place(one: World, other: World) -> bool:
+    """True if two worlds have the same bounds, up to rounding."""
+    bounds, others = one.bounds, other.bounds
+    if bounds is None or others is None:
+        return bounds is others
+    return bool(np.allclose(bounds, others, rtol=1e-6, atol=1e-6 * float(np.ptp(others))))
 
 
 def _close(one: Any, other: Any) -> bool:
