@@ -106,5 +106,5 @@ def test_a_fault_is_told_and_the_next_answer_is_made(
     for number in range(2):
         all_answers.queue_message(session, {"type": "explain", "id": number})
     until(lambda: done == [0, 1])
-    assert [each["text"] for each in heard] == ["RuntimeError: broken"]
+    assert ["RuntimeError: broken" in each["text"] for each in heard] == [True]
     assert "broken" in capsys.readouterr().err

@@ -69,6 +69,7 @@ def test_circles_are_refused(altered) -> None:
     ("main", "told"),
     [
         ('import { a } from "./a.js";\nconst a = 1;\n', "a is declared in a.js too"),
+        ('import { A } from "./b.js";\nconst B = 2, A = 1;\n', "A is declared in b.js too"),
         ('import { c } from "./a.js";\n', "imports c, which a.js does not declare"),
         ('import * as a from "./a.js";\n', "none of the client's dialect"),
         ("export default 1;\n", "none of the client's dialect"),
@@ -76,6 +77,6 @@ def test_circles_are_refused(altered) -> None:
     ],
 )
 def test_another_dialect_is_refused(main: str, told: str, altered) -> None:
-    altered({"main.js": main, "a.js": "export const a = 1;\n"})
+    altered({"main.js": main, "a.js": "export const a = 1;\n", "b.js": "export const A = 1;\n"})
     with pytest.raises(ValueError, match=re.escape(told)):
         bundling.bundle()

@@ -21,7 +21,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "variant": {"name": "red"},
     "lens": {"fx": 500.5, "fy": 500, "cx": -1, "cy": 239.5, "distortion": [0.1, -0.02]},
     "pose": {"location": [1, -2.5, 3], "roll": 0, "pitch": 10.5, "yaw": -90},
-    "overlay": {"cameras": True, "explained": False},
+    "overlay": {"cameras": True, "explained": False, "grid": True},
     "select": {"number": 0, "tool": "move"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
     "film": {"seconds": 2, "degrees": 360},
@@ -65,7 +65,7 @@ TAKEN = {
     **{("lens", field): (1.5,) for field in ("fx", "fy")},
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),
-    **{("overlay", field): (True,) for field in ("cameras", "explained")},
+    **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
     ("film", "seconds"): (1.5,),
     ("upload", "data"): ("x" * 2000,),  # is base64

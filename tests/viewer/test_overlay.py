@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
 import pytest
 import raycam
 from raycam.explanation.scene_figure import Line
-from raycam.viewer.scene.overlay import frusta, polylines
+from raycam.viewer.scene.overlay import MOST_CAMERAS, frusta, grid, polylines
 from raycam.viewer.session import Session
 
 
@@ -38,8 +40,55 @@ def test_lines_are_cut_where_the_camera_has_no_image(model: str) -> None:
 def test_the_picture_carries_them_when_asked(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     assert session.overlay(session.camera) == []
-    session.receive({"type": "overlay", "cameras": True, "explained": True})
+    session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
     assert [each["name"] for each in session.overlay(session.camera)] in ([], ["side"])
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize("model", ["pinhole", "fisheye"])
+def test_the_grid_lies_on_the_ground_with_round_cells(up: Literal["y", "z"], model: str) -> None:
+    k = "xyz".index(up)
+    bounds = np.array([[-2.0, -2.0, -2.0], [5.2, 5.2, 5.2]])
+    eye = np.full(3, 20.0)
+    seen = raycam.Camera.look_at(eye, [1, 1, 1], up=up, size=(640, 480), fov=60)
+    if model == "fisheye":
+        seen = seen.replace(distortion=[0.02, 0, 0, 0], model="fisheye")
+    made = {each["name"]: each for each in grid(bounds, seen)}
+    assert list(made) == ["grid of 1 m", "x", "y", "z"]
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        (line,) = made[name]["lines"]
+        ends = seen.project(np.array([np.zeros(3), axis]))[0] - seen.corner
+        assert np.allclose([line[0], line[-1]], ends, atol=0.06)
+    corners = np.full((2, 3), -2.0)
+    corners[1, [axis for axis in range(3) if axis != k]] = 6.0  # whole cells around the bounds
+    lines = made["grid of 1 m"]["lines"]
+    assert len(lines) == 2 * 9
+    ends = seen.project(corners)[0] - seen.corner
+    assert np.allclose([lines[0][0], lines[-1][-1]], ends, atol=0.06)
+
+
+def test_the_grid_of_a_world_far_away_has_its_axes_there() -> None:
+    middle = np.array([1e6, -2e6, 30.0])
+    seen = raycam.Camera.look_at(middle + np.array([40, -40, 30]), middle, size=(640, 480), fov=60)
+    made = {each["name"]: each for each in grid(middle + np.array([[-9.0, -9, -1], [9, 9, 1]]), seen)}
+    (line,) = made["z"]["lines"]
+    base = middle - [0, 0, 1]
+    assert np.allclose(line[0], seen.project(base)[0] - seen.corner, atol=0.06)
+    assert "grid of 2 m" in made
+
+
+def test_cameras_that_are_not_drawn_are_told() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    for i in range(MOST_CAMERAS + 1):
+        world.add_camera(raycam.Camera.look_at([4, i, 2], [0, 0, 0], size=(48, 32), fov=40), f"c{i}")
+    session = Session(world, world.default_camera())
+    said: list[dict[str, Any]] = []
+    session.send = lambda message, buffers: said.append(message)
+    for _ in range(2):
+        session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
+    notices = [each["text"] for each in said if each["type"] == "notice"]
+    assert notices == [f"The first {MOST_CAMERAS} of {MOST_CAMERAS + 1} cameras are drawn."]
 
 
 def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.World) -> None:
@@ -52,5 +101,20 @@ def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.
         found = np.array(line["lines"][0])
         assert np.allclose(found[[0, -1]], ends, atol=0.06)
         assert (line["name"], line["color"]) == ("sun 0", "#e0a800")
-    session.receive({"type": "overlay", "cameras": False, "explained": False})
+    session.receive({"type": "overlay", "cameras": False, "explained": False, "grid": False})
     assert session.overlay(session.camera) == []
+
+
+def test_cameras_are_drawn_where_the_video_has_them() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    world.add_camera(raycam.Camera.look_at([3, 0, 1], [0, 0, 0], size=(48, 32), fov=40), "turning")
+    world.set_video(fps=10, seconds=2, orbit={"target": [0, 0, 0]})
+    session = Session(world, raycam.Camera.look_at([9, -9, 9], [0, 0, 0], size=(480, 320), fov=60))
+    session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
+    session.receive({"type": "time", "t": 1.0, "animation": ""})
+    (drawn,) = session.overlay(session.camera)
+    place = world.camera_at(world.camera("turning"), 1.0).location
+    assert np.allclose(place, [-3, 0, 1])
+    expected = session.camera.project(place)[0] - session.camera.corner
+    assert np.allclose(drawn["lines"][1][0], expected, atol=0.06)

@@ -9,7 +9,7 @@ from raycam.viewer import probe
 
 
 def test_values_of_a_miss_are_numbers_that_json_lacks(small_world: raycam.World) -> None:
-    values = probe.values_at(small_world, small_world.camera("front"), None, 0, 0)
+    values = probe.values_at(small_world, small_world.camera("front"), None, 0, 0, ["box", "floor"])
     assert values["depth"]["numbers"] == ["Infinity"]
     assert values["position"]["numbers"] == ["NaN"] * 3
     assert values["instance"] == {"dtype": "int32", "numbers": [-1]}

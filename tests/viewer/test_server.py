@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.render.frame import CHANNELS
+from raycam.viewer import scheduler as scheduling
 from raycam.viewer import server as serving
 from raycam.viewer.server import MOST_CONNECTIONS, MOST_SESSIONS, PORTS, Server
 from raycam.viewer.session import Session
@@ -471,3 +472,51 @@ def test_the_next_free_port_is_taken(
     with pytest.raises(OSError, match="all in use"):
         Server(lambda: None)  # type: ignore[arg-type, return-value]
     assert PORTS[0] == 7421
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"port": 70000}, "port is 70000, expected 0 to 65535"),
+        ({"port": -1}, "port is -1, expected 0 to 65535"),
+        (
+            {"host": "192.0.2.1", "port": 0},
+            "cannot listen on 192.0.2.1:0: .*expected an address of this machine",
+        ),
+    ],
+)
+def test_where_it_cannot_listen_it_says_what_to_do(
+    small_world: raycam.World, options: dict[str, Any], told: str
+) -> None:
+    with pytest.raises((raycam.SettingsError, OSError), match=told):
+        Server(lambda: Session(small_world, small_world.camera("front")), **options)
+
+
+def test_a_port_that_is_taken_is_told(server: Server, small_world: raycam.World) -> None:
+    with pytest.raises(OSError, match=r"in use \(give another port, or none for the next free one"):
+        Server(lambda: Session(small_world, small_world.camera("front")), port=server.address[1])
+
+
+def test_a_fault_of_ours_is_told_and_the_view_goes_on(
+    client: Client, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (session,) = server.sessions.values()
+
+    def fail(*given: object, **settings: object) -> str:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(Session, "copied", fail)
+    client.say("copy", format="python")
+    assert "ZeroDivisionError: oh" in client.hear("error")[0]["text"]
+    monkeypatch.undo()
+    client.say("copy", format="python")
+    assert "raycam.Camera" in client.hear("copied")[0]["text"]
+    monkeypatch.setattr(scheduling, "render", fail)
+    session.changed()
+    server.scheduler.wake()
+    assert "raycam failed at this" in client.hear("error")[0]["text"]
+    monkeypatch.undo()
+    session.changed()
+    server.scheduler.wake()
+    assert client.hear("picture")
+    assert "ZeroDivisionError" in capsys.readouterr().err

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import raycam
+from raycam.viewer.answers import SLOW
 from raycam.viewer.messages import MESSAGES
-from raycam.viewer.server import SLOW
 from raycam.viewer.session import LARGEST, Session, lens_of
+from support.gltf_document import Document, animated
 from support.patience import until
 
 
@@ -78,11 +80,74 @@ def test_coming_nearer_beside_everything_keeps_going(session: Session) -> None:
     assert not np.allclose(session.given.C, before)
 
 
-def test_parallel_rays_come_no_nearer(small_world: raycam.World) -> None:
+def test_parallel_rays_see_things_larger(small_world: raycam.World) -> None:
     camera = raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=(48, 32), height=4)
     session = Session(small_world, camera)
-    with pytest.raises(raycam.CameraError, match="parallel"):
-        session.receive(nav("dolly", dz=1))
+    place = np.array([50.0, 20.0])
+    before, _ = session.camera.rays(place + session.camera.corner)
+    session.receive(nav("dolly", dz=2, u=place[0], v=place[1]))
+    assert np.allclose(session.camera.project(before)[0] - session.camera.corner, place)
+    assert np.allclose(session.given.K[:2, :2], 1.15**2 * camera.K[:2, :2])
+    assert (session.given.is_parallel, session.given.size) == (True, camera.size)
+    session.receive(nav("fit"))
+    low, high = small_world.bounds if small_world.bounds is not None else ([], [])
+    corners = np.array(
+        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    )
+    pixels, _ = session.camera.project(corners)
+    assert (pixels >= session.camera.corner).all()
+    assert (pixels < np.array(session.size)).all()
+    assert np.ptp(pixels, axis=0).max() > 0.5 * min(session.size)
+
+
+def test_the_object_under_the_pointer_is_framed(session: Session, small_world: raycam.World) -> None:
+    width, height = session.size
+    session.receive(nav("frame", u=width / 2, v=height / 2))
+    assert np.allclose(session.pivot, [0, 0, 0])  # the box's middle
+    pixels, _ = session.camera.project(small_world.triangles(0).reshape(-1, 3))
+    assert (pixels > 0).all()
+    assert (pixels < np.array(session.size)).all()
+    session.receive(nav("frame", u=width - 1.0, v=0.0))  # nothing is there: the whole world
+    assert np.allclose(session.pivot, np.mean(small_world.bounds, axis=0))
+
+
+def test_home_is_the_camera_that_it_began_with(session: Session) -> None:
+    session.receive({"type": "camera", "name": "side"})
+    session.receive(nav("home"))
+    assert session.name == "front"
+
+
+def test_another_world_of_a_script_is_told_with_all_its_names(session: Session) -> None:
+    said: list[dict[str, Any]] = []
+    session.send = lambda message, buffers: said.append(message)
+    session.welcome()
+    session.receive({"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
+    assert "welcome" not in [each["type"] for each in said]
+    assert session.bounds[1][2] == pytest.approx(1.0)
+    other = raycam.World()
+    other.add_object(sphere={"radius": 3}, name="moon")
+    other.add_camera(raycam.Camera.look_at([9, 0, 0], [0, 0, 0], size=(48, 32), fov=60), "orbiter")
+    said.clear()
+    session.edits.replace(other)
+    (welcome,) = [each for each in said if each["type"] == "welcome"]
+    assert (welcome["cameras"], welcome["names"]["instance"]) == (["orbiter"], {0: "moon"})
+    assert (session.name, session.bounds[1][2]) == ("", pytest.approx(3.0))
+    said.clear()
+    session.receive({"type": "undo"})
+    assert [each["cameras"] for each in said if each["type"] == "welcome"] == [["front", "side"]]
+
+
+def test_an_animation_begins_with_its_own_pose(tmp_path: Path) -> None:
+    document = Document()
+    node = document.node(mesh=document.square(pbrMetallicRoughness={}))
+    animated(document, "translation", [0, 1], [[5, 0, 0], [6, 0, 0]], node=node)
+    world = raycam.load(document.save(tmp_path / "m.glb"))
+    first = Session(world, world.default_camera(), start={"animation": world.animations[0].name})
+    shown = [np.asarray(each.matrix).tolist() for each in first.world.objects]
+    assert shown == [
+        np.asarray(each.matrix).tolist() for each in world.at(0.0, world.animations[0].name).objects
+    ]
+    assert shown != [np.asarray(each.matrix).tolist() for each in world.objects]
 
 
 def test_cameras_of_the_world_are_looked_through(session: Session, small_world: raycam.World) -> None:
@@ -133,6 +198,7 @@ def test_every_message_is_for_the_session_or_the_server(session: Session) -> Non
             "cy": 16,
             "distortion": [],
             "cameras": True,
+            "grid": True,
             "explained": True,
             "tool": "none",
             "handle": "x",
@@ -267,6 +333,7 @@ def test_what_is_shown_first_is_chosen_and_checked() -> None:
         ({"view": "agz"}, "did you mean 'agx'"),
         ({"exposure": float("nan")}, "exposure is nan"),
         ({"time": -1.0}, "time is -1.0"),
+        ({"time": 2.5}, "no time 2.5 s: what moves in it lasts 2 s"),
     ):
         with pytest.raises(raycam.SettingsError, match=text):
             raycam.view(world, block=False, browser=False, start=wrong)

@@ -94,3 +94,33 @@ def test_all_together_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
         made.add("b.obj", 40, 0, "AAAA")
     made.add("b.obj", 6, 0, "AAAA")
     made.close()
+
+
+def test_what_was_opened_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uploads, "MOST_BYTES", 64)
+    made = Uploads()
+    sent(made, "a.obj", MESH)
+    made.open("a.obj")
+    for name in ("b.obj", "c.obj"):  # as large as the first one
+        assert sent(made, name, MESH.ljust(40, b"\n"))
+        made.open(name)
+    assert [path.name for path in made._path().iterdir()] == ["c.obj"]
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('[[object]]\nmesh = "no.ply"\n', "world.toml: no.ply, which it names, was not dropped"),
+        ('[[object]]\nmesh = "/etc/passwd"\n', "a dropped world names files beside it alone"),
+        ("[[object]]\nbox = { siz = 1 }\n", 'world.toml:2: object[0].box.siz: unknown key "siz"'),
+    ],
+)
+def test_errors_name_files_as_the_client_does(text: str, told: str) -> None:
+    made = Uploads()
+    sent(made, "world.toml", text.encode())
+    with pytest.raises(raycam.Error) as failed:
+        made.open("world.toml")
+    assert told in str(failed.value)
+    assert "raycam-view-" not in str(failed.value)
+    made.close()

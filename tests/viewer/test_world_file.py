@@ -101,7 +101,7 @@ def test_what_it_cannot_say_is_refused(room: Path, small_world: raycam.World) ->
             world_file(several, pair, edited(pair, "object", 1, "turn", 5.0), camera)
     moved = opened.copy()
     moved.remove_object(1)
-    with pytest.raises((raycam.WorldError, IndexError)):
+    with pytest.raises(raycam.WorldError, match="a script made 1 objects of the file's 2"):
         world_file(room, opened, moved, camera)
 
 
@@ -114,3 +114,24 @@ def test_toml_is_read_back() -> None:
         "video": {"fps": 24, "orbit": {"target": [0.0, 0.0, 1.0]}},
     }
     assert tomllib.loads(toml_text(document)) == document
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("room.toml", None, "room.toml: the file of this world cannot be read any more"),
+        ("room.toml", "x = [\n", "room.toml: the file of this world cannot be read any more"),
+        ("room.toml", ROOM.replace("size = 1 ", "size = 2 "), "is another one than was opened"),
+        ("ball.ply", BALL.replace("\n1 0 0", "\n3 0 0"), "is another one than was opened"),
+    ],
+)
+def test_a_file_that_is_another_one_by_now_is_told(
+    room: Path, name: str, text: str | None, told: str
+) -> None:
+    opened = raycam.load(room)
+    path = room.parent / name
+    path.unlink()
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(raycam.WorldError, match=told):
+        world_file(room, opened, opened, opened.default_camera())

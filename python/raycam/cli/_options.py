@@ -92,7 +92,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--camera",
         metavar="NAME|FILE[:NAME]",
-        help="a camera of the world, or of a calibration file; the first one otherwise",
+        help="a camera of the world, or of the file of a calibration or another world; the first one otherwise",
     )
     command.add_argument(
         "--size",
@@ -365,9 +365,8 @@ def _given_camera(world: World, options: argparse.Namespace) -> Camera:
         reject_look(options, ("fov",), "the field of view is that of --camera")
     if options.camera is None:
         camera = world.default_camera()
-    elif options.camera not in world.cameras and (file := calibration_file(options.camera)) is not None:
-        cameras = load_calibration(file[0], options)
-        camera = cameras.find(file[1]) if file[1] else next(iter(cameras.values()))
+    elif options.camera not in world.cameras and calibration_file(options.camera) is not None:
+        camera = named_camera(options.camera, options)
     elif options.camera not in world.cameras and (
         os.sep in options.camera or os.path.splitext(options.camera)[1]
     ):

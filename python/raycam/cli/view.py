@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
 from ..io.system_calls import give_memory_back
-from ._options import Command, add_camera, load_world, print_notice, view
+from ._options import Command, add_camera, load_calibration, load_world, print_notice, view
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -19,6 +24,11 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--texture-memory", metavar="SIZE", help="memory for textures, as 512MiB")
     add_camera(command)
+    command.add_argument(
+        "--cameras",
+        metavar="FILE",
+        help="a calibration, a trajectory or another world, whose cameras are listed beside the world's",
+    )
     command.add_argument("--integrator", metavar="NAME", help="the light of still pictures: direct or path")
     command.add_argument("--samples", metavar="N", type=int, help="rays per pixel of still pictures")
     command.add_argument(
@@ -91,12 +101,15 @@ def _view_world(options: argparse.Namespace) -> None:
     _check_host(options)
     give_memory_back()
     world = load_world(options)
+    own = set(world.cameras)
+    _add_cameras(world, options)
     with Viewer(
         world,
         view(world, options),
         title=Path(options.world).name,
         integrator=options.integrator,
         samples=options.samples,
+        size=options.size,
         host=options.host,
         port=options.port,
         allow_hosts=options.allow_host,
@@ -105,6 +118,7 @@ def _view_world(options: argparse.Namespace) -> None:
         follow=options.follow,
         allow_open=options.allow_open,
         source=options.world,
+        added=set(world.cameras) - own,
         start={
             "time": options.at,
             "animation": options.animation,
@@ -119,6 +133,24 @@ def _view_world(options: argparse.Namespace) -> None:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
         viewer.wait(exit_when_closed=options.exit_when_closed)
+
+
+def _add_cameras(world: World, options: argparse.Namespace) -> None:
+    """Adds the cameras of `--cameras` to the world."""
+    from ..camera.asked import UNPOSED, is_unposed_within
+    from ..world.load import load
+
+    if options.cameras is None:
+        return
+    found: Mapping[str, Camera] = (
+        load(options.cameras).cameras
+        if options.cameras.endswith((".toml", ".glb", ".gltf"))
+        else load_calibration(options.cameras, options)
+    )
+    if any(is_unposed_within(world, camera) for camera in found.values()):
+        print_notice(UNPOSED)
+    for name, camera in found.items():
+        world.add_camera(camera, name)
 
 
 def _check_host(options: argparse.Namespace) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from ..errors import Cancelled, Error, SettingsError
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
+from .scheduler import failure
 from .session import Session
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
@@ -71,7 +72,7 @@ class Answers:
                 answer(session, message)
             except Exception as fault:  # of raycam: the next answers are made all the same
                 traceback.print_exc()
-                session.send_message({"type": "error", "text": f"{type(fault).__name__}: {fault}"})
+                session.send_message({"type": "error", "text": failure(fault)})
             finally:
                 with self._changed:
                     self._busy = [each for each in self._busy if each is not session]
@@ -95,7 +96,8 @@ def probe(session: Session, message: dict[str, Any]) -> None:
     u, v = message["u"], message["v"]
     if u >= camera.size[0] or v >= camera.size[1]:
         return
-    values = values_at(session.world, camera, still if still and still.size == camera.size else None, u, v)
+    still = still if still and still.size == camera.size else None
+    values = values_at(session.world, camera, still, u, v, session.object_names)
     session.send_message({"type": "values", "id": message["id"], "u": u, "v": v, "values": values})
 
 

@@ -16,6 +16,8 @@ __all__ = ["beside", "bundle", "client_file", "modules", "style_sheet"]
 IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "(\.\.?/(?:\w+/)?\w+\.js)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?function |const |class )", re.M)
 DECLARATION = re.compile(r"^(?:export )?(?:async )?(?:function|const|let|class) (\[.*?\]|\w+)", re.M)
+CONSTANTS = re.compile(r"^(?:export )?const [A-Z_\d]+ = .*$", re.M)
+NEXT_CONSTANT = re.compile(r", ([A-Z_\d]+) = ")
 
 
 @functools.cache
@@ -62,7 +64,8 @@ def bundle(entry: str = "main.js") -> str:
     parts = []
     for name in modules(entry):
         text = client_file(name)
-        for declared in DECLARATION.findall(text):
+        more = [each for line in CONSTANTS.findall(text) for each in NEXT_CONSTANT.findall(line)]
+        for declared in [*DECLARATION.findall(text), *more]:
             for word in re.findall(r"\w+", declared):
                 if word in owner:
                     raise ValueError(f"{name}: {word} is declared in {owner[word]} too")

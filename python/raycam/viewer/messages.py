@@ -86,10 +86,12 @@ MESSAGES: dict[str, dict[str, Check]] = {
         "session": _text(64),
     },
     "size": {"width": _whole(1, 10000), "height": _whole(1, 10000), "ratio": _number(0.1, 10)},
-    # dx and dy in pixels of the picture, steps or metres by the kind; u and v where the pointer is.
+    # dx and dy in pixels of the picture, steps or metres by the kind; u and v where the pointer is, or what to frame.
     "nav": {
         "seq": _seq,
-        "kind": _one_of("orbit", "pan", "dolly", "look", "move", "walk", "roll", "fit", "pivot", "home"),
+        "kind": _one_of(
+            "orbit", "pan", "dolly", "look", "move", "walk", "roll", "fit", "frame", "pivot", "home"
+        ),
         "dx": _number(-1e4, 1e4),
         "dy": _number(-1e4, 1e4),
         "dz": _number(-1e4, 1e4),
@@ -110,7 +112,7 @@ MESSAGES: dict[str, dict[str, Check]] = {
         "location": _vector(3, -1e9, 1e9),
         **dict.fromkeys(("roll", "pitch", "yaw"), _number(-1e4, 1e4)),
     },
-    "overlay": {"cameras": _flag, "explained": _flag},
+    "overlay": {"cameras": _flag, "explained": _flag, "grid": _flag},
     "edit": {
         "kind": _one_of("object", "light"),
         "number": _whole(0, 10**6),

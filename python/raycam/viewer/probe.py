@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,15 @@ from ..world import World
 from .scene.navigation import feet
 from .stills import truth
 
-__all__ = ["explained", "explanation_parts", "ground_below", "point_at", "values_at"]
+__all__ = ["bounds_at", "explained", "explanation_parts", "ground_below", "point_at", "values_at"]
 
 
-def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
+def values_at(
+    world: World, camera: Camera, still: Frame | None, u: int, v: int, names: Sequence[str]
+) -> dict[str, Any]:
     """The values of all channels of a pixel, with names of ids, as the message `values` has them.
+
+    `names` are those of the world's objects.
 
     Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
     """
@@ -39,7 +44,7 @@ def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int)
             }
     instance = int(channels["instance"])
     if instance >= 0:
-        values["instance"]["name"] = world.objects[instance].name
+        values["instance"]["name"] = names[instance]
     category = world.categories.get(int(channels["category"]))
     if category is not None:
         values["category"]["name"] = category
@@ -61,6 +66,20 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
         return None
     position = world_at_line(world, camera, pixel).cast_rays(origin, direction, threads=1)["position"]
     return position if np.isfinite(position).all() else None
+
+
+def bounds_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
+    """The bounds [2, 3] of the object that is seen at a place of the picture, or None."""
+    pixel = np.array([u, v]) + camera.corner
+    origin, direction = camera.rays(pixel)
+    if not np.isfinite(direction).all():
+        return None
+    there = world_at_line(world, camera, pixel)
+    instance = int(there.cast_rays(origin, direction, fields=("instance",), threads=1)["instance"])
+    if instance < 0:
+        return None
+    corners = there.triangles(instance).reshape(-1, 3)
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -20,7 +21,7 @@ from .session import Session
 from .stills import SAMPLED, truth
 from .wire import pack
 
-__all__ = ["IN_FLIGHT", "Scheduler"]
+__all__ = ["IN_FLIGHT", "Scheduler", "failure"]
 
 IN_FLIGHT = 2
 """Pictures that a client may not have acknowledged yet."""
@@ -30,6 +31,12 @@ TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
 SHORTEST = 0.001  # seconds between them at least
 
 Work = Callable[[], None]
+
+
+def failure(error: Exception) -> str:
+    """The sentence for a client about a fault of raycam's own."""
+    kind = type(error).__name__
+    return f"raycam failed at this ({kind}: {error}); the terminal of the view has the details, please report them"
 
 
 class Scheduler(threading.Thread):
@@ -67,8 +74,15 @@ class Scheduler(threading.Thread):
             except Cancelled:
                 continue
             except (Error, MemoryError) as error:
-                session.send_message({"type": "error", "text": str(error) or "out of memory"})
-                session.touched = time.monotonic() + 1.0
+                self._failed(session, str(error) or "out of memory")
+            except Exception as error:  # a fault of raycam's: the other sessions go on
+                traceback.print_exc()
+                self._failed(session, failure(error))
+
+    def _failed(self, session: Session, text: str) -> None:
+        """Tells of a picture that could not be made, and waits with the next one."""
+        session.send_message({"type": "error", "text": text})
+        session.touched = time.monotonic() + 1.0
 
     def _pause(self) -> float:
         """Seconds until the next look for work: that until a view rests, if it is short."""
@@ -161,7 +175,7 @@ class Scheduler(threading.Thread):
             version, refinement, channel = session.version, session.start_refinement(), session.channel
             cancel = session.cancel
         started = time.perf_counter()
-        frame = refinement.refine(cancel)
+        frame = refinement.step(cancel)
         if frame is None or session.version != version:
             return
         session.still = frame
@@ -221,7 +235,20 @@ class Scheduler(threading.Thread):
             "samples": samples,
             "integrator": session.integrator,
             "ms": round(1000 * seconds, 1),
+            **_progress(session, moving, still, seconds),
             "moving": moving,
             **fields,
         }
         session.send_message(message, buffers)
+
+
+def _progress(session: Session, moving: bool, size: tuple[int, int], seconds: float) -> dict[str, Any]:
+    """The samples in a second, and how far a still picture has changed since half as many samples."""
+    refinement = session.refinement
+    if moving:
+        return {"rate": 0, "change": None}
+    if refinement is None or session.channel not in SAMPLED:
+        return {"rate": round(size[0] * size[1] / seconds) if seconds > 0 else 0, "change": None}
+    change = refinement.change
+    said = None if change is None else {"share": round(change[0], 6), "since": change[1]}
+    return {"rate": round(refinement.rate), "change": said}

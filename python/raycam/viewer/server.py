@@ -16,6 +16,7 @@ from collections.abc import Callable, Collection, Sequence
 from http import HTTPStatus
 from typing import Any
 
+from ..arguments import whole
 from ..errors import Error
 from . import gate
 from .answers import SLOW, Answers, probe
@@ -292,10 +293,18 @@ async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
         await connection.send(await outgoing.get())
 
 
+REMEDIES = {
+    errno.EADDRINUSE: "give another port, or none for the next free one",
+    errno.EADDRNOTAVAIL: "expected an address of this machine, as 127.0.0.1, or 0.0.0.0 for all of them",
+    errno.EACCES: "ports below 1024 are for administrators: give a larger one",
+}
+"""What to do about the commonest errors of listening."""
+
+
 def _listening(host: str, port: int | None) -> socket.socket:
-    """A socket that listens on `port`, or on the first free one of `PORTS`."""
+    """A socket that listens on `port`, or on the first free one of `PORTS`; raises `SettingsError` and `OSError`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    for tried in PORTS if port is None else [port]:
+    for tried in PORTS if port is None else [whole("port", port, 0, 65535)]:
         made = socket.socket(family, socket.SOCK_STREAM)
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -305,7 +314,9 @@ def _listening(host: str, port: int | None) -> socket.socket:
         except OSError as error:
             made.close()
             if port is not None or error.errno != errno.EADDRINUSE:
-                raise OSError(error.errno, f"cannot listen on {host}:{tried}: {error.strerror}") from None
+                remedy = "".join(f" ({each})" for each in [REMEDIES.get(error.errno or 0)] if each)
+                text = f"cannot listen on {host}:{tried}: {error.strerror}{remedy}"
+                raise OSError(error.errno, text) from None
     raise OSError(
         errno.EADDRINUSE, f"ports {PORTS[0]} to {PORTS[-1]} are all in use: give another with --port"
     )

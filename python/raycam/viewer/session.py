@@ -6,7 +6,6 @@ one of a newer version.
 
 from __future__ import annotations
 
-import json
 import math
 import secrets
 import threading
@@ -21,18 +20,20 @@ import numpy as np
 from .._core import Cancel, __version__
 from ..arguments import Floats, one_of, real
 from ..camera import Camera
-from ..errors import CameraError, Error, SettingsError, WorldError
+from ..errors import Error, SettingsError, WorldError
 from ..explanation.scene_figure import Line
 from ..notices import collected
 from ..render.frame import VIEWS, Frame
 from ..world import World
 from .files.uploads import Uploads
+from .messages import WIDEST
 from .pace import Pace
-from .probe import ground_below, point_at
+from .probe import bounds_at, ground_below, point_at
 from .scene import navigation
-from .scene.copies import FILES, camera_text
+from .scene.contents import names_of_objects
+from .scene.copies import FILES, camera_table, camera_text, render_command
 from .scene.edits import Edits
-from .scene.overlay import frusta, polylines
+from .scene.overlay import MOST_CAMERAS, frusta, grid, polylines
 from .scene.selection import Selection
 from .stills import COLORS, SAMPLED, TRUTH, Refinement, refinement
 
@@ -57,9 +58,11 @@ class Session:
         *,
         integrator: str | None = None,
         samples: int | None = None,
+        size: tuple[int, int] | None = None,
         title: str = "raycam",
         threads: int | None = None,
         source: Path | None = None,
+        added: frozenset[str] = frozenset(),
         allows_open: bool = False,
         start: Mapping[str, Any] | None = None,
         picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
@@ -70,6 +73,8 @@ class Session:
         """
         self.source = source
         """The file that the world was loaded from."""
+        self.added = added
+        """The names of cameras that the file does not have."""
         self.allows_open = allows_open
         self.picked = picked
         """Is told of the pixels that are clicked."""
@@ -90,9 +95,17 @@ class Session:
         self.home = camera
         self.name = next((name for name, each in world.cameras.items() if each == camera), "")
         """The name of the world's camera that is looked through; "" for a free one."""
+        self.home_name = self.name
         self.given = camera
         """The camera in its own size, at the pose looked from."""
         self.space = (640, 480)
+        self.chosen = size
+        """The space of still pictures, whatever a client has; None for that of the client, up to `LARGEST`."""
+        if size is not None and (size[0] > WIDEST[0] or size[1] > WIDEST[1]):
+            raise SettingsError(
+                f"a view shows pictures of at most {WIDEST[0]} x {WIDEST[1]} pixels, not {size[0]} x {size[1]}: "
+                "raycam.render makes larger ones"
+            )
         self.channel = "color"
         self.exposure = float(settings.get("exposure", 0.0))
         self.view = str(settings.get("view", "standard"))
@@ -100,8 +113,7 @@ class Session:
         self.integrator = chosen if chosen in DEFAULT_SAMPLES else "direct"
         self.samples = samples
         self.threads = threads
-        bounds = world.bounds
-        self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+        self._measure()
         self.pivot: Floats = self.bounds.mean(axis=0)
         self.pace = Pace()
         self.send: Send | None = None
@@ -111,6 +123,8 @@ class Session:
         self.visible = True
         self.shows_cameras = False
         """True if the world's cameras are drawn over the picture."""
+        self.shows_grid = False
+        """True if the world's axes and a grid on its ground are drawn over the picture."""
         self.shows_explained = True
         """True if the rays of the explained pixel are drawn over the picture."""
         self.selection = Selection(self.edits)
@@ -129,6 +143,8 @@ class Session:
         """Ends what is rendered of this version."""
         self.still: Frame | None = None
         """The newest picture of samples of this version."""
+        self._told: tuple[Any, ...] = ()
+        """The outline of the world that the client was told last."""
         self._start(**{name: value for name, value in (start or {}).items() if value is not None})
 
     def _start(
@@ -143,7 +159,10 @@ class Session:
     ) -> None:
         """Sets what is shown first."""
         animations = [each.name for each in self.base.animations]
-        self.time = min(real("time", time, 0.0, what="seconds"), self.seconds)
+        self.time = real("time", time, 0.0, what="seconds")
+        if self.time > self.seconds:
+            lasts = f"what moves in it lasts {self.seconds:g} s" if self.seconds else "nothing moves in it"
+            raise SettingsError(f"the world has no time {self.time:g} s: {lasts}")
         self.animation = one_of("animation", animation, animations) if animation else ""
         self.variant = one_of("variant", variant, self.base.variants) if variant else ""
         self.channel = one_of("channel", channel, (*SAMPLED, *TRUTH))
@@ -151,7 +170,7 @@ class Session:
             self.exposure = real("exposure", exposure, -100, 100, what="a number of stops")
         if view is not None:
             self.view = one_of("view", view, VIEWS)
-        if self.time > 0 or self.variant:
+        if self.time > 0 or self.animation or self.variant:
             self.world, self.given = self.moment(self.time)
 
     @property
@@ -163,9 +182,10 @@ class Session:
 
     @property
     def size(self) -> tuple[int, int]:
-        """The size of the still picture: the camera's sides, scaled to the space that the client has."""
+        """The size of the still picture: the camera's sides, scaled to the chosen space or the client's."""
         width, height = self.given.size
-        scale = min(min(self.space[0], LARGEST[0]) / width, min(self.space[1], LARGEST[1]) / height)
+        space = self.chosen or (min(self.space[0], LARGEST[0]), min(self.space[1], LARGEST[1]))
+        scale = min(space[0] / width, space[1] / height)
         return max(1, round(width * scale)), max(1, round(height * scale))
 
     @property
@@ -203,7 +223,8 @@ class Session:
     # Messages ----------------------------------------------------------------------------------------------
 
     def welcome(self) -> dict[str, Any]:
-        """The message that begins a session."""
+        """The message that begins a session, or tells of another world."""
+        self._told = self._outline()
         return {
             "type": "welcome",
             "version": __version__,
@@ -212,7 +233,7 @@ class Session:
             "channels": [{"name": name} for name in (*COLORS[:1], *TRUTH, *COLORS[1:], "error")],
             "cameras": list(self.world.cameras),
             "names": {
-                "instance": {each.id: each.name for each in self.world.objects},
+                "instance": dict(enumerate(self.object_names)),
                 "category": self.world.categories,
             },
             "origin": [0, 0],
@@ -222,6 +243,12 @@ class Session:
             "integrator": self.integrator,
             "explanations": [],
             "opens": self.allows_open,
+            "overlay": {
+                "cameras": self.shows_cameras,
+                "explained": self.shows_explained,
+                "grid": self.shows_grid,
+            },
+            "triangles": self.world.counts["triangles"],
             "time": {"now": self.time, "seconds": self.seconds, "animation": self.animation},
             "animations": [each.name for each in self.base.animations],
             "variants": self.base.variants,
@@ -333,10 +360,43 @@ class Session:
         self.changed()
 
     def rebase(self) -> None:
-        """Shows the world after an edit."""
+        """Shows the world after an edit, or another world that a script gives."""
+        self._measure()
+        outline = self._outline()
+        if outline != self._told:
+            self._forget_what_is_gone()
         self._evaluate()
+        if outline != self._told:
+            self.send_message(self.welcome())
         self.send_message(self.edits.about())
         self.send_message(self.selection.about())
+
+    def _outline(self) -> tuple[Any, ...]:
+        """All that a client is told of a world once: names and times."""
+        base = self.base
+        animations = tuple((each.name, each.duration) for each in base.animations)
+        return (
+            tuple(base.cameras),
+            self.object_names,
+            tuple(base.variants),
+            animations,
+            self.seconds,
+            tuple(base.categories.items()),
+        )
+
+    def _forget_what_is_gone(self) -> None:
+        """Lets go of the camera, the variant, the animation and the time that the world does not have."""
+        base = self.base
+        self.name = self.name if self.name in base.cameras else ""
+        self.variant = self.variant if self.variant in base.variants else ""
+        self.animation = self.animation if self.animation in [each.name for each in base.animations] else ""
+        self.time = min(self.time, self.seconds)
+
+    def _measure(self) -> None:
+        """Takes note of the world's objects: their names, and where they are."""
+        self.object_names = tuple(names_of_objects(self.base))
+        bounds = self.base.bounds
+        self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
 
     def _upload(self, message: dict[str, Any]) -> None:
         self._require_open()
@@ -361,18 +421,25 @@ class Session:
             self.edits.listen(self)
             self.selection = Selection(self.edits)
             self.world, self.title, self.source, self._lines = world, name, None, []
+            self.added = frozenset()
             self.time, self.animation, self.variant = 0.0, "", ""
             self.home = self.given = camera
             self.name = next((each for each, found in world.cameras.items() if found == camera), "")
-            bounds = world.bounds
-            self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+            self.home_name = self.name
+            self._measure()
             self.pivot = self.bounds.mean(axis=0)
         self.changed()
         self.send_message(self.welcome())
         self.send_message(self.edits.about())
 
     def _overlay(self, message: dict[str, Any]) -> None:
+        begins = message["cameras"] and not self.shows_cameras
         self.shows_cameras, self.shows_explained = message["cameras"], message["explained"]
+        self.shows_grid = message["grid"]
+        count = len(self.world.cameras)
+        if begins and count > MOST_CAMERAS:
+            text = f"The first {MOST_CAMERAS} of {count:,} cameras are drawn."
+            self.send_message({"type": "notice", "text": text})
         self.redraw()
 
     def _select(self, message: dict[str, Any]) -> None:
@@ -392,10 +459,11 @@ class Session:
 
     def overlay(self, camera: Camera) -> list[dict[str, Any]]:
         """The lines over a picture of `camera`."""
-        made = []
+        made = grid(self.bounds, camera) if self.shows_grid else []
         if self.shows_cameras:
             length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-            made += frusta(self.world.cameras, camera, length, self.name)
+            names = [name for name in self.world.cameras if name != self.name][:MOST_CAMERAS]
+            made += frusta({name: self._named(name, self.world, self.time) for name in names}, camera, length)
         if self.shows_explained:
             made += [line for line in (drawn(each, camera) for each in self._lines) if line["lines"]]
         return made + self.selection.handles(self.world, camera)
@@ -462,29 +530,40 @@ class Session:
         elif kind == "roll":
             moved = navigation.roll(camera, math.radians(dx))
         elif kind == "dolly":
-            moved = self._dollied(camera, message, dz)
+            moved = self._dollied(camera, message, 1.15 ** max(-20.0, min(20.0, dz)))
         elif kind == "pivot":
             point = point_at(self.world, camera, message["u"], message["v"])
             if point is not None:
                 self.pivot = point
             return
-        elif kind == "fit":
-            self.pivot = self.bounds.mean(axis=0)
-            moved = navigation.fit(camera, self.bounds)
+        elif kind in ("fit", "frame"):
+            within = bounds_at(self.world, camera, message["u"], message["v"]) if kind == "frame" else None
+            within = self.bounds if within is None else within
+            self.pivot = within.mean(axis=0)
+            moved = navigation.fit(self.given, within)
         else:
-            self.given, self.pivot, moved = self.home, self.bounds.mean(axis=0), self.home
+            self.pivot = self.bounds.mean(axis=0)
+            if self.home_name in self.world.cameras:
+                self._camera({"name": self.home_name})
+                self.send_message({"type": "about", **self.about()})
+                return
+            self.given = moved = self.home
         self._go(moved)
 
-    def _dollied(self, camera: Camera, message: dict[str, Any], steps: float) -> Camera:
-        """Nearer to the point under the pointer; beside everything, along the view to the pivot."""
+    def _dollied(self, camera: Camera, message: dict[str, Any], factor: float) -> Camera:
+        """Nearer to the point under the pointer; beside everything, along the view to the pivot.
+
+        A camera of parallel rays sees things larger instead.
+        """
         if camera.is_parallel:
-            raise CameraError("a camera with parallel rays comes no nearer")
+            origin, _ = camera.rays(np.array([message["u"], message["v"]]) + camera.corner)
+            return navigation.magnified(self.given, origin, factor)
         point = point_at(self.world, camera, message["u"], message["v"])
         if point is None:
             distance = float(np.linalg.norm(self.pivot - camera.location))
             origin, direction = camera.rays(np.array([message["u"], message["v"]]) + camera.corner)
             point = origin + distance * (direction if np.isfinite(direction).all() else camera.forward)
-        return navigation.dolly(camera, point, 1.15 ** max(-20.0, min(20.0, steps)))
+        return navigation.dolly(camera, point, factor)
 
     def _pace_of_flight(self) -> float:
         """Metres of a step: a share of the world's size."""
@@ -492,7 +571,8 @@ class Session:
 
     def _go(self, moved: Camera) -> None:
         if np.isfinite(moved.location).all() and np.isfinite(moved.R).all():
-            self.given = self.given.at_pose(moved.R, moved.location)
+            is_scaled = moved.is_parallel and moved.size == self.given.size
+            self.given = moved if is_scaled else self.given.at_pose(moved.R, moved.location)
             self.name = ""
             self.changed()
 
@@ -500,39 +580,48 @@ class Session:
 
     def copied(self, format: str) -> str:
         """The camera as text, with all digits. Raises `FormatError` where the format does not hold it."""
-        description = self.given.to_dict()
         if format == "command":
-            return self._command(description)
+            return self._command()
         if format in FILES:
             text, notices = camera_text(self.given, format)
             for notice in notices:
                 self.send_message({"type": "notice", "text": notice})
             return text
         if format == "python":
-            return f"camera = raycam.Camera.from_dict({description!r}, up={self.given.up!r})"
-        lines = [f"{key} = {json.dumps(value)}" for key, value in description.items()]
-        return "\n".join(["[camera]", *lines])
+            return f"camera = raycam.Camera.from_dict({self.given.to_dict()!r}, up={self.given.up!r})"
+        return camera_table(self.given)
 
-    def _command(self, description: dict[str, Any]) -> str:
+    def _command(self) -> str:
         """The command that renders what rests: by the camera's name, or by a calibration of its own."""
-        import shlex
-
+        if self.base is not self.edits.opened:
+            text = "The file does not have the edits that were made here: Save TOML or Save GLB writes one that has."
+            self.send_message({"type": "notice", "text": text})
+        if self.source is None:
+            text = "This world has no file here: put the name of one in the place of the first word after render."
+            self.send_message({"type": "notice", "text": text})
+        settings, named = self.base.render_settings, "" if self.name in self.added else self.name
         width, height = self.size
-        options = [
-            f"--size {width}x{height}",
-            f"--integrator {self.integrator}",
-            f"--samples {self.most_samples()}",
-        ]
-        if self.seconds > 0:
-            options.append(f"--at {self.time!r}")
-        if self.name:
-            options.append(f"--camera {shlex.quote(self.name)}")
-            camera = ""
-        else:
-            options.append("--camera camera.toml")
-            table = "\n".join(f"{key} = {json.dumps(value)}" for key, value in description.items())
-            camera = f"cat > camera.toml <<'EOF'\n[camera]\n{table}\nEOF\n"
-        return f"{camera}raycam render {shlex.quote(self.title)} -o picture.png {' '.join(options)}"
+        options = {
+            "size": f"{width}x{height}",
+            "integrator": self.integrator,
+            "samples": self.most_samples(),
+            "at": self.time if self.seconds > 0 else None,
+            "animation": self.animation or None,
+            "variant": self.variant or None,
+            "exposure": self.exposure if self.exposure != settings.get("exposure", 0.0) else None,
+            "view": self.view if self.view != settings.get("view", "standard") else None,
+        }
+        return render_command(self.source or self.title, named or self._at_the_start(), options)
+
+    def _at_the_start(self) -> Camera:
+        """The free camera as it was before the motion of the video, with which `raycam render --at` moves it."""
+        if self.base.video is None:
+            return self.given
+        before = self.base.camera_at(self.given, -self.time)
+        if not np.allclose(self.base.camera_at(before, self.time).P, self.given.P, rtol=1e-9, atol=1e-9):
+            text = f"The video moves its camera: at {self.time:.6g} s the command shows what that camera sees then."
+            self.send_message({"type": "notice", "text": text})
+        return before
 
     def send_message(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
         """Sends a message, if a client is connected."""

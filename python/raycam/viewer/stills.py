@@ -6,6 +6,9 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from .._core import Cancel
 from ..camera import Camera
 from ..render import render
@@ -22,6 +25,9 @@ SAMPLED = (*COLORS, "error")
 TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Weights of linear Rec. 709."""
+Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # seconds that anybody else waits at most
 LONGEST_WAIT = 0.5  # seconds of samples until a picture is shown although they have not doubled
 SHOWING = 0.25  # of the time goes into showing pictures, at most, until the last one
@@ -39,6 +45,40 @@ class Refinement:
     channels: tuple[str, ...] = COLORS
     samples: int = field(default=0, init=False)
     """The samples of all pixels."""
+    seconds: float = field(default=0.0, init=False)
+    """The time that all steps took."""
+    change: tuple[float, int] | None = field(default=None, init=False)
+    """The mean change of the luminance, as a share of its mean, since the newest picture of at most half as many
+    samples; and the samples of that one."""
+    _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
+
+    def step(self, cancel: Cancel) -> Frame | None:
+        """Takes a step, and its time and change; returns a frame where there is one. Raises `Cancelled`."""
+        began = time.perf_counter()
+        try:
+            frame = self.refine(cancel)
+        finally:
+            self.seconds += time.perf_counter() - began
+        if frame is not None:
+            self._compare(frame["color"] @ LUMINANCE)
+        return frame
+
+    def _compare(self, luminance: Floats32) -> None:
+        """Takes note of a picture, and of how far it is from the one of half as many samples."""
+        halves = [each for each in self._luminances if 2 * each[0] <= self.samples]
+        if halves:
+            samples, before = halves[-1]
+            mean = float(np.mean(np.abs(luminance), dtype=np.float64))
+            change = float(np.mean(np.abs(luminance - before), dtype=np.float64))
+            self.change = (change / mean if mean > 0 else 0.0, samples)
+        if not self._luminances or self.samples >= 2 * self._luminances[-1][0]:
+            self._luminances = [*self._luminances[-1:], (self.samples, luminance)]
+
+    @property
+    def rate(self) -> float:
+        """The samples of all pixels in a second."""
+        width, height = self.camera.size
+        return self.samples * width * height / self.seconds if self.seconds > 0 else 0.0
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """Takes a step; returns a frame where there is one to be shown. Raises `Cancelled`, which loses nothing."""

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import one_of
+from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render.frame import Frame
@@ -44,6 +44,7 @@ class Viewer:
         title: str = "raycam",
         integrator: str | None = None,
         samples: int | None = None,
+        size: tuple[int, int] | None = None,
         host: str = "127.0.0.1",
         port: int | None = None,
         allow_hosts: Collection[str] = (),
@@ -52,11 +53,15 @@ class Viewer:
         edit: bool = True,
         allow_open: bool = False,
         source: str | os.PathLike[str] | None = None,
+        added: Collection[str] = (),
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
     ) -> None:
-        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world.
+        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
+        the cameras that the file does not have.
+
+        `size` is the space of its pictures, at most 1920 x 1080; otherwise they have that of a client's window.
 
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
@@ -64,16 +69,19 @@ class Viewer:
         """
         if integrator is not None:
             one_of("integrator", integrator, list(DEFAULT_SAMPLES))
-        if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
-            raise SettingsError(f"samples must be a whole number from 1 to {1 << 16}, not {samples!r}")
+        if samples is not None:
+            samples = whole("samples", samples, 1, 1 << 16)
+        threads = thread_count(threads)
         self._edits = Edits(world, allowed=edit)
         self._camera = world.default_camera() if camera is None else camera
         self._options: dict[str, Any] = {
             "title": title,
             "integrator": integrator,
             "samples": samples,
+            "size": size,
             "threads": threads,
             "source": None if source is None else Path(source).absolute(),
+            "added": frozenset(added),
             "allows_open": allow_open,
             "start": start,
             "picked": self._pick,
@@ -227,7 +235,8 @@ def view(
         options.setdefault("source", what)
         what = load(what)
     if size is not None:
-        camera = (what.default_camera() if camera is None else camera).resized(size)
+        camera = (what.default_camera() if camera is None else camera).resized(size_of(size))
+        options["size"] = size_of(size)
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)

@@ -19,6 +19,8 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 
 const DIVIDER_REACH = 10; // CSS pixels
 const MESSAGE_TIME = 6000; // ms that a notice stays
+const SAME_BREATH = 400; // ms within which what is said joins what was said
+const PROBE_PAUSE = 20; // ms between two questions for values: a server answers 60 a second at most
 
 export class Client {
   /** @param {Transport} transport */
@@ -50,8 +52,14 @@ export class Client {
     this.known = null;
     this.pointAt = byId("pixel-place", HTMLElement).textContent;
     this.messageTimer = 0;
+    /** The time of the page at which something was said last. */
+    this.said = -Infinity;
+    this.probed = -Infinity;
+    this.probeTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */
     this.onMessage = () => {};
+    this.controls.onWrong = (text) => this.say(text, "error");
+    byId("message", HTMLElement).addEventListener("click", () => this.unsay());
     this.picture.onZoom = () => this.showZoom();
     this.picture.layers.valuesIn = (pixel) => this.valuesIn(pixel);
   }
@@ -68,7 +76,7 @@ export class Client {
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
     if (message.type === "explained") showExplanation(/** @type {any} */ (message));
-    if (message.type === "notice" || message.type === "error") this.say(message.text, message.type);
+    if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
     if (message.type === "about") this.showAbout(message);
@@ -262,6 +270,14 @@ export class Client {
 
   /** Asks for the values of the held or hovered pixel. */
   probe() {
+    clearTimeout(this.probeTimer);
+    const wait = this.transport.live ? this.probed + PROBE_PAUSE - performance.now() : 0;
+    if (wait > 0) this.probeTimer = setTimeout(() => this.askForValues(), wait);
+    else this.askForValues();
+  }
+
+  askForValues() {
+    this.probed = performance.now();
     const pixel = this.held || this.hovered;
     if (pixel && pixel.column < this.picture.width && pixel.row < this.picture.height) {
       this.transport.send({ type: "probe", id: ++this.probes, u: pixel.column, v: pixel.row });
@@ -326,13 +342,24 @@ export class Client {
   /**
    * @param {string} text
    * @param {string} type "notice" or "error"
+   * @param {boolean} joins whether it joins what was just said: several sentences may answer one wish
    */
-  say(text, type) {
+  say(text, type, joins = false) {
     const box = byId("message", HTMLElement);
-    box.textContent = text;
-    box.classList.toggle("error", type === "error");
+    const before = box.textContent || "";
+    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // else it says what was said
+    const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
+    box.textContent = isNext ? `${before}\n${text}` : text;
+    box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));
+    this.said = performance.now();
     box.hidden = false;
     clearTimeout(this.messageTimer);
-    if (type !== "error") this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
+    if (!box.classList.contains("error")) this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
+  }
+
+  /** Takes away what was said. */
+  unsay() {
+    clearTimeout(this.messageTimer);
+    byId("message", HTMLElement).hidden = true;
   }
 }

@@ -53,7 +53,11 @@ function commandsOf(client) {
       byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
     },
     help: () => byId("help", HTMLDialogElement).showModal(),
-    leave: () => client.hold(null),
+    leave: () => {
+      client.unsay();
+      client.hold(null);
+    },
+    pan: (dx, dy) => picture.pan(-PAN_STEP * Number(dx), -PAN_STEP * Number(dy)),
   };
 }
 

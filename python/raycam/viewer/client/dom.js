@@ -37,6 +37,22 @@ export function fillSelect(select, options) {
 }
 
 /**
+ * The numbers in fields. The first field with something else, or a number out of its `min` and `max`, is told.
+ * @param {HTMLInputElement[]} inputs with labels around them
+ * @param {(text: string) => void} wrong
+ * @returns {number[] | null} null where one is wrong
+ */
+export function numbersOf(inputs, wrong) {
+  for (const { value, min, max, validity, labels } of inputs) {
+    if (value && Number.isFinite(Number(value)) && !validity.rangeUnderflow && !validity.rangeOverflow) continue;
+    const name = labels?.[0]?.textContent?.trim() || "the field";
+    wrong(`${name}: expected a number from ${Number(min)} to ${Number(max)}${value ? `, not ${value}` : ""}.`);
+    return null;
+  }
+  return inputs.map(({ value }) => Number(value));
+}
+
+/**
  * Gives bytes to the browser as a file to save.
  * @param {string} name
  * @param {string} type

@@ -2,6 +2,7 @@
 
 import { byId, fillSelect } from "./dom.js";
 import { listenToDrops } from "./drop.js";
+import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
 import { LensControls } from "./panel/lens.js";
 import { PoseControls } from "./panel/pose.js";
@@ -17,6 +18,7 @@ export const LIVE_MOUSE =
   "click or a long press explains it. On a touch screen two fingers come nearer and pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
+const PAN_PIXELS = 24; // pixels of the picture
 const FLY_STEP = 1; // hundredths of the world's size
 const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // times that
 const FLY_TICK = 50; // ms
@@ -54,6 +56,8 @@ export class LiveView {
     this.waiting = 0;
     /** @type {string[]} */
     this.cameras = [];
+    /** The camera that was looked through last. */
+    this.looked = "";
     this.camera = byId("camera", HTMLSelectElement);
     this.integrator = byId("integrator", HTMLSelectElement);
     fillSelect(this.integrator, [["direct", "direct"], ["path", "path: all light"]]);
@@ -92,9 +96,11 @@ export class LiveView {
     }
     if (message.type === "welcome") this.timeline.welcome(message);
     if (message.type === "welcome") this.opens = Boolean(message.opens);
+    if (message.type === "welcome") this.begin(message);
     if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "about" || message.type === "welcome") {
       this.camera.value = message.camera;
+      this.looked = message.camera || this.looked;
       if (message.lens) this.lens.show(message.lens);
       if (message.pose) this.pose.show(message.pose);
     }
@@ -106,11 +112,23 @@ export class LiveView {
     if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);
+    if (message.type === "status") byId("status-connection", HTMLElement).textContent = message.text;
     if (message.type === "status" && message.text !== "connected") {
       this.showFilming({ done: 0, total: 0 });
       this.awaitPicture(false);
     }
     if (message.type === "closing") this.client.say(message.text, "error");
+  }
+
+  /**
+   * After a welcome: what a session of a server does not know of this page, or this page of it.
+   * @param {import("./client.js").Message} welcome
+   */
+  begin({ overlay, triangles }) {
+    this.client.transport.send({ type: "visible", visible: !document.hidden });
+    this.world.begin(overlay);
+    const count = triangles === undefined ? "" : `${grouped(triangles)} ${triangles === 1 ? "triangle" : "triangles"}`;
+    byId("status-world", HTMLElement).textContent = count;
   }
 
   /** @param {Record<string, any>} progress of the film; 0 of 0 is its end */
@@ -122,8 +140,12 @@ export class LiveView {
   }
 
   /** @param {import("./client.js").Message} message */
-  showStatus({ samples, ms, moving, integrator }) {
+  showStatus({ samples, ms, moving, integrator, rate, change }) {
     const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
+    if (!moving) {
+      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % since ${change.since}` : "";
+      byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
+    }
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
   }
 
@@ -143,9 +165,9 @@ export class LiveView {
   async copied(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.client.say("It is in the clipboard.", "notice");
+      this.client.say("It is in the clipboard.", "notice", true);
     } catch {
-      this.client.say(text, "notice");
+      this.client.say(text, "notice", true);
     }
   }
 
@@ -185,6 +207,7 @@ export class LiveView {
   /** @param {string} name */
   lookThrough(name) {
     this.camera.value = name;
+    this.looked = name || this.looked;
     this.client.transport.send({ type: "camera", name });
   }
 
@@ -209,7 +232,9 @@ export class LiveView {
     event.preventDefault();
     event.stopPropagation();
     this.down.add(event.code);
-    if (!this.flying) this.flying = setInterval(() => this.fly(), FLY_TICK);
+    if (this.flying) return;
+    this.flying = setInterval(() => this.fly(), FLY_TICK);
+    this.fly(); // at once: a short press is a step
   }
 
   fly() {
@@ -228,8 +253,13 @@ export class LiveView {
     const { client } = this;
     return {
       fit: () => {
-        client.picture.fit();
-        this.navigate("fit");
+        const { held, picture } = client;
+        picture.fit();
+        if (!held) return this.navigate("fit");
+        // The middle of the pixel, as the picture lies now.
+        const middle = [held.column + 0.5, held.row + 0.5];
+        const [x, y] = [picture.left + middle[0] * picture.zoom, picture.top + middle[1] * picture.zoom];
+        this.navigate("frame", 0, 0, 0, { x, y });
       },
       home: () => {
         client.picture.fit();
@@ -242,7 +272,13 @@ export class LiveView {
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
       },
       "camera-step": (step) => this.stepCamera(Number(step)),
-      "look-through": () => (this.camera.value ? this.lookThrough("") : this.stepCamera(1)),
+      "look-through": () => {
+        if (this.camera.value) this.lookThrough("");
+        else if (this.cameras.includes(this.looked)) this.lookThrough(this.looked);
+        else this.stepCamera(1);
+      },
+      pan: (dx, dy) => this.navigate("pan", -PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy)),
+      nearer: (steps) => this.navigate("dolly", 0, 0, Number(steps)),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),

@@ -11,7 +11,7 @@ import { inkOn } from "./image/colormap.js";
  * @property {number} divider share of the picture's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
- * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string }[]} overlay lines in pixels of the picture
+ * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean }[]} overlay lines in pixels of the picture
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
@@ -276,18 +276,20 @@ export class PictureView {
     context.textAlign = "left";
     context.textBaseline = "bottom";
     for (const isHalo of [true, false]) {
-      for (const { lines, color, handle } of overlay) {
-        context.lineWidth = (isHalo ? 3 : 1.5) + (handle ? 1.5 : 0);
+      for (const { lines, color, handle, thin } of overlay) {
+        if (thin && isHalo) continue;
+        context.lineWidth = thin ? 1 : (isHalo ? 3 : 1.5) + (handle ? 1.5 : 0);
         context.strokeStyle = isHalo ? "#000" : color || OVERLAY_COLOR;
         context.beginPath();
         for (const line of lines) line.forEach(([u, v], i) => (i ? context.lineTo(left + u * zoom, top + v * zoom) : context.moveTo(left + u * zoom, top + v * zoom)));
         context.stroke();
       }
     }
-    for (const { name, lines, color } of overlay) {
+    for (const { name, lines, color, thin } of overlay) {
       if (!name) continue;
       const line = lines[lines.length - 1];
-      const [u, v] = color ? line[line.length - 1] : lines[0][0];
+      const inside = thin && lines.flat().find(([u, v]) => u > 0 && v > this.height / 4 && u < this.width / 2 && v < this.height);
+      const [u, v] = inside || (color ? line[line.length - 1] : lines[0][0]);
       context.lineWidth = 3;
       context.fillStyle = color || OVERLAY_COLOR;
       context.strokeStyle = haloOf(String(context.fillStyle));

@@ -1,11 +1,18 @@
-"""Cameras as the text of other tools' files, by the writers of `raycam.save_cameras`."""
+"""Cameras as the text of other tools' files, by the writers of `raycam.save_cameras`, and the command of a picture."""
 
 from __future__ import annotations
+
+import json
+import os
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from ..._core import Record, write_cameras
 from ...camera import Camera
 
-__all__ = ["FILES", "camera_text"]
+__all__ = ["FILES", "camera_table", "camera_text", "render_command"]
 
 FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "images.txt"])}
 """The name that a format is written under, and its files that hold a camera."""
@@ -18,3 +25,30 @@ def camera_text(camera: Camera, format: str) -> tuple[str, list[str]]:
     files = dict(made)
     parts = [(f"# {name}\n" if name else "") + files[name].decode() for name in names]
     return "\n".join(parts), notices
+
+
+def camera_table(camera: Camera) -> str:
+    """A camera as the `[camera]` table of a world file, with all digits."""
+    lines = [f"{key} = {json.dumps(value)}" for key, value in camera.to_dict().items()]
+    return "\n".join(["[camera]", *lines])
+
+
+def render_command(file: Path | str, camera: Camera | str, options: Mapping[str, Any]) -> str:
+    """The lines of a shell that render a picture of `file` through a camera: a name, or one that is written first.
+
+    `options` are those of `raycam render` by name, those that are None left out. A file below the folder of this
+    process is named from there, where the view was begun.
+    """
+    if isinstance(file, Path):
+        below = os.path.relpath(file) if file.drive == Path.cwd().drive else ".."
+        file = str(file) if below.startswith("..") else below
+    first, name = "", camera
+    if not isinstance(camera, str):
+        first, name = f"cat > camera.toml <<'EOF'\n{camera_table(camera)}\nEOF\n", "camera.toml"
+    given = {**options, "camera": name}
+    words = ["raycam", "render", file, "-o", "picture.png"]
+    for name, value in given.items():
+        # Written as one word where a value begins with a minus, which would be taken for an option.
+        pair = [f"--{name}={value}"] if str(value).startswith("-") else [f"--{name}", str(value)]
+        words += [] if value is None else pair
+    return first + shlex.join(words)

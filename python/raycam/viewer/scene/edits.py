@@ -17,11 +17,14 @@ from ...arguments import Floats
 from ...errors import SettingsError, WorldError
 from ...world import World
 from ...world.keys import STRENGTHS
+from .contents import matrix_of_object, names_of_objects, visibilities
 
 __all__ = ["Edits", "edited", "material"]
 
 MOST_STEPS = 100
 """Steps that can be undone."""
+MOST_LISTED = 1000
+"""Objects and lights that are listed by name."""
 LOOKING = "this view is for looking: it was started with edit=False"
 
 
@@ -100,14 +103,17 @@ class Edits:
             listener.rebase()
 
     def about(self) -> dict[str, Any]:
-        """Contents that can be edited, as the message `contents` has it."""
+        """Contents that can be edited, as the message `contents` has it: the first of them, and how many there are."""
+        shown = list(zip(names_of_objects(self.world), visibilities(self.world), strict=True))
+        lights = self.world.lights
         return {
             "type": "contents",
             "editable": self.allowed,
             "undo": len(self._before),
             "redo": len(self._after),
-            "objects": [{"name": each.name, "visible": each.visible} for each in self.world.objects[:1000]],
-            "lights": [_light_name(number, each) for number, each in enumerate(self.world.lights[:1000])],
+            "objects": [{"name": name, "visible": seen} for name, seen in shown[:MOST_LISTED]],
+            "lights": [_light_name(number, each) for number, each in enumerate(lights[:MOST_LISTED])],
+            "counts": [len(shown), len(lights)],
         }
 
 
@@ -129,8 +135,7 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
             raise WorldError("there is no light of this number, or no such key of it")
         changed.set_light(number, **_stronger(lights[number], _factor(value)))
         return changed
-    objects = world.objects
-    if number >= len(objects):
+    if number >= world._core.object_count:
         raise WorldError("there is no object of this number")
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
@@ -201,7 +206,7 @@ def _factor(value: Any) -> float:
 
 def _placed(world: World, number: int, key: str, value: Any) -> Floats:
     """The matrix of an object that is moved, turned or scaled."""
-    matrix = world.objects[number].matrix
+    matrix = matrix_of_object(world, number)
     step = np.eye(4)
     if key == "move":
         if not isinstance(value, list) or len(value) != 3:

@@ -13,14 +13,15 @@ import numpy as np
 from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
+from .contents import matrix_of_object
 from .navigation import rotation_about
-from .overlay import polylines
+from .overlay import AXES, polylines
 
 __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
 
 TOOLS = ("move", "turn", "scale")
 HANDLES = ("x", "y", "z", "all")
-COLORS = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff", "all": "#ffffff"}
+COLORS = {**AXES, "all": "#ffffff"}
 LENGTH = 90.0  # pixels of an axis where the picture has no distortion
 PIECES = 32
 LEAST, MOST = 0.01, 100.0  # factors of a drag
@@ -30,7 +31,7 @@ EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the po
 def middle_of(world: World, number: int) -> Floats:
     """The middle of an object's bounds in its mesh's coordinates, [3]."""
     corners = world.triangles(number).reshape(-1, 3)
-    matrix = np.asarray(world.objects[number].matrix)
+    matrix = matrix_of_object(world, number)
     if not len(corners):
         return np.zeros(3)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2

@@ -14,7 +14,7 @@ from ...arguments import Floats
 from ...camera import Camera
 
 __all__ = [
-    *("dolly", "feet", "fit", "move", "orbit", "pan", "roll", "rotation_about"),
+    *("dolly", "feet", "fit", "magnified", "move", "orbit", "pan", "roll", "rotation_about"),
     *("turn_camera", "turned_around", "walk"),
 ]
 
@@ -56,6 +56,14 @@ def dolly(camera: Camera, point: Floats, factor: float) -> Camera:
     return camera.at_pose(camera.R, point + (camera.location - point) / factor)
 
 
+def magnified(camera: Camera, point: Floats, factor: float) -> Camera:
+    """A camera of parallel rays, which comes no nearer, with all things `factor` times as large; `point` [3] stays at
+    its pixel. Raises `CameraError` for one that is given by its matrix.
+    """
+    K = camera.K * np.array([[factor, factor, 1.0], [1.0, factor, 1.0], [1.0, 1.0, 1.0]])
+    return dolly(camera.replace(K=K), point, factor)
+
+
 def move(camera: Camera, right: float, upwards: float, forward: float) -> Camera:
     """Moves the camera in metres along its own right, the world's up, and its principal axis."""
     shift = right * camera.R[0] + upwards * _up(camera) + forward * camera.forward
@@ -93,7 +101,10 @@ def fit(camera: Camera, bounds: Floats) -> Camera:
     middle = bounds.mean(axis=0)
     radius = max(float(np.linalg.norm(bounds[1] - bounds[0])) / 2, 1e-9)
     if camera.is_parallel:
-        return camera.at_pose(camera.R, middle - 2 * radius * camera.forward)
+        factor = min(
+            side / (2 * radius * focal) for side, focal in zip(camera.size, np.diag(camera.K), strict=False)
+        )
+        return magnified(camera, middle, factor).at_pose(camera.R, middle - 2 * radius * camera.forward)
     return camera.at_pose(camera.R, middle - radius / math.sin(_half_angle(camera)) * camera.forward)
 
 

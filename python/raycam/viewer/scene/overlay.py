@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,9 +12,15 @@ from ...arguments import Floats
 from ...camera import Camera
 from ...errors import Error
 
-__all__ = ["frusta", "polylines"]
+__all__ = ["MOST_CAMERAS", "frusta", "grid", "polylines"]
 
 MOST_CAMERAS = 100
+"""The cameras that are drawn."""
+CELLS = 10
+"""The cells of a side of the grid, about."""
+PIECES_OF_CELL = 4
+AXES = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff"}
+GRID_COLOR = "#9aa3b2"
 STEPS = 12
 """Pieces of an edge."""
 NARROW = 0.2
@@ -36,6 +43,48 @@ def frusta(
         if lines:
             made.append({"name": name, "lines": lines})
     return made
+
+
+def grid(bounds: Floats, seen: Camera) -> list[dict[str, Any]]:
+    """The axes of the world and a grid on the ground under `bounds` [2, 3], in pixels of the camera `seen`.
+
+    Its cells have sides of 1, 2 or 5 times a power of ten metres, which its name says. The axes begin at the world's
+    origin where that is near, else in the middle of the grid, and are one cell long.
+    """
+    up = 2 if seen.up == "z" else 1
+    first, second = (axis for axis in range(3) if axis != up)
+    sides = bounds[1] - bounds[0]
+    cell = _round_length(max(float(sides[first]), float(sides[second]), float(sides[up]) / 2, 1e-9) / CELLS)
+    low, high = np.floor(bounds[0] / cell) * cell, np.ceil(bounds[1] / cell) * cell
+    edges = []
+    for along, across in ((first, second), (second, first)):
+        count = round((high[along] - low[along]) / cell) * PIECES_OF_CELL + 1
+        for place in np.linspace(low[across], high[across], round((high[across] - low[across]) / cell) + 1):
+            edge = np.empty((max(count, 2), 3))
+            edge[:, along] = np.linspace(low[along], high[along], len(edge))
+            edge[:, across], edge[:, up] = place, bounds[0][up]
+            edges.append(edge)
+    made: list[dict[str, Any]] = []
+    lines = polylines(edges, seen)
+    if lines:
+        name = f"grid of {cell:g} m"
+        made.append({"name": name, "color": GRID_COLOR, "lines": lines, "thin": True})
+    is_near = bool((bounds[0] - sides - cell <= 0).all() and (bounds[1] + sides + cell >= 0).all())
+    middle = np.round((low + high) / 2 / cell) * cell
+    middle[up] = bounds[0][up]
+    origin = np.zeros(3) if is_near else middle
+    steps = np.linspace(0, cell, STEPS + 1)[:, None]
+    for (name, color), axis in zip(AXES.items(), np.eye(3), strict=True):
+        lines = polylines([origin + steps * axis], seen)
+        if lines:
+            made.append({"name": name, "color": color, "lines": lines})
+    return made
+
+
+def _round_length(length: float) -> float:
+    """The smallest of 1, 2 and 5 times a power of ten that is not less than `length`."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return float(next(each * power for each in (1, 2, 5, 10) if each * power >= length * (1 - 1e-9)))
 
 
 def _edges(camera: Camera, length: float) -> list[Floats]:

@@ -9,6 +9,7 @@ import numpy as np
 from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
+from .contents import matrix_of_object, names_of_objects, visibilities
 from .edits import Edits, material
 from .gizmo import dragged, handles, middle_of
 
@@ -37,18 +38,22 @@ class Selection:
 
     def is_there(self) -> bool:
         """True if the object is in the world."""
-        return self.number < len(self.world.objects)
+        return self.number < self.world._core.object_count
 
     def about(self) -> dict[str, Any]:
-        """The material of the object, as the message `selected` has it."""
-        found = material(self.world, self.number) if self.is_there() else {}
-        return {"type": "selected", "number": self.number, "tool": self.tool, "material": found}
+        """Name and material of the object, as the message `selected` has them."""
+        said = {"type": "selected", "number": self.number, "tool": self.tool, "material": {}}
+        if self.is_there():
+            said["name"] = names_of_objects(self.world)[self.number]
+            said["visible"] = visibilities(self.world)[self.number]
+            said["material"] = material(self.world, self.number)
+        return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
         """The gizmo over a picture of `camera`, on the object where it is in `world`."""
         if self.tool == "none" or not self._edits.allowed or not self.is_there():
             return []
-        return handles(np.asarray(world.objects[self.number].matrix), self._middle(), camera, self.tool)
+        return handles(matrix_of_object(world, self.number), self._middle(), camera, self.tool)
 
     def drag(self, camera: Camera, said: dict[str, Any], session: str) -> None:
         """Moves, turns or scales the object as the message `gizmo` says. Raises `WorldError`."""
@@ -56,7 +61,7 @@ class Selection:
             return
         stroke = (session, said["stroke"])
         if stroke != self._stroke[0]:
-            self._stroke = (stroke, np.array(self.world.objects[self.number].matrix))
+            self._stroke = (stroke, matrix_of_object(self.world, self.number))
         before = self._stroke[1]
         begin, end = (np.array(said[name], np.float64) for name in ("begin", "end"))
         after = dragged(before, self._middle(), camera, self.tool, said["handle"], begin, end)

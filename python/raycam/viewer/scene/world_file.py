@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,18 +30,23 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
         raise WorldError("a world of a script has no world file: Save GLB keeps what glTF can say")
     document = _document(source)
     entries = document.get("object", [])
-    changed = [i for i in range(len(world.objects)) if _object(opened, i) != _object(world, i)]
-    if changed and len(entries) != len(world.objects):
-        names = ", ".join(world.objects[i].name for i in changed[:3])
+    before, after = _objects(opened), _objects(world)
+    if len(before) != len(after):
+        raise WorldError(
+            f"a script made {len(after)} objects of the file's {len(before)}: Save GLB keeps them"
+        )
+    changed = [i for i, found in enumerate(after) if before[i : i + 1] != [found]]
+    if changed and len(entries) != len(after):
+        names = ", ".join(after[i].name for i in changed[:3])
         raise WorldError(
             f"{names}: objects of a file that holds several cannot be changed in a world file; Save GLB keeps them"
         )
     for i in changed:
-        entries[i] = _entry(entries[i], opened, world, i)
+        entries[i] = _entry(entries[i], before[i], after[i])
     if opened.lights != world.lights:
         document["light"] = world.lights
-    before = document.get("camera", [])
-    cameras = [before] if isinstance(before, dict) else list(before)
+    own = document.get("camera", [])
+    cameras = [own] if isinstance(own, dict) else list(own)
     taken = {each.get("name") for each in cameras} | set(world.cameras)
     name = next(f"view{i or ''}" for i in range(len(taken) + 1) if f"view{i or ''}" not in taken)
     document["camera"] = [{"name": name, **camera.to_dict()}, *cameras]
@@ -52,26 +57,42 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
 def _document(source: Path) -> dict[str, Any]:
     """The tables of a world file; those that show a model of another format."""
     if source.suffix.lower() == ".toml":
-        return tomllib.loads(source.read_text(encoding="utf-8"))
+        try:
+            return tomllib.loads(source.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise WorldError(
+                f"{source.name}: the file of this world cannot be read any more ({error}): put it back as it was, or "
+                "Save GLB, which needs no file"
+            ) from None
     return {"object": [{"mesh": source.name}]}
 
 
-def _object(world: World, number: int) -> tuple[Any, ...]:
+class _Object(NamedTuple):
     """All that an edit changes of an object."""
-    found = world.objects[number]
-    return found.name, found.visible, np.asarray(found.matrix).tolist(), world._core.material(number, 0)
+
+    name: str
+    visible: bool
+    matrix: list[list[float]]
+    material: str
 
 
-def _entry(entry: dict[str, Any], opened: World, world: World, number: int) -> dict[str, Any]:
+def _objects(world: World) -> list[_Object]:
+    """The objects of a world, in the order of their ids."""
+    return [
+        _Object(each.name, each.visible, np.asarray(each.matrix).tolist(), world._core.material(each.id, 0))
+        for each in world.objects
+    ]
+
+
+def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, Any]:
     """The table of an object after its edits."""
     entry = dict(entry)
-    before, after = opened.objects[number], world.objects[number]
     if before.visible != after.visible:
         entry["visible"] = after.visible
-    if not np.array_equal(before.matrix, after.matrix):
+    if before.matrix != after.matrix:
         entry = {key: value for key, value in entry.items() if key not in PLACE}
-        entry["matrix"] = np.asarray(after.matrix).tolist()
-    old, new = (json.loads(each._core.material(number, 0)) for each in (opened, world))
+        entry["matrix"] = after.matrix
+    old, new = (json.loads(each.material) for each in (before, after))
     if old == new:
         return entry
     entry["color"] = new["color"]
@@ -96,15 +117,26 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
             built = World.from_dict(document, folder=source.parent)
     except (Error, OSError) as error:
         raise WorldError(f"a world file of this world would not load: {error}") from None
+    if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
+        raise WorldError(
+            f"{source.name} or a file that it names is another one than was opened: open it again, or Save GLB"
+        )
     shown = next(iter(built.cameras.values()))
     same = (
-        len(built.objects) == len(world.objects)
-        and all(_close(_object(built, i), _object(world, i)) for i in range(len(world.objects)))
+        _close(_objects(built), _objects(world))
         and _close(built.lights, world.lights)
         and np.allclose(shown.P, camera.P, rtol=1e-9, atol=1e-9)
     )
     if not same:
         raise WorldError("a world file cannot say what was changed here: Save GLB keeps what glTF can say")
+
+
+def _same_place(one: World, other: World) -> bool:
+    """True if two worlds have the same bounds, up to rounding."""
+    bounds, others = one.bounds, other.bounds
+    if bounds is None or others is None:
+        return bounds is others
+    return bool(np.allclose(bounds, others, rtol=1e-6, atol=1e-6 * float(np.ptp(others))))
 
 
 def _close(one: Any, other: Any) -> bool:
@@ -114,7 +146,7 @@ def _close(one: Any, other: Any) -> bool:
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_close(one[key], other[key]) for key in one)
     if isinstance(one, list | tuple) and isinstance(other, list | tuple):
-        return len(one) == len(other) and all(map(_close, one, other))
+        return one == other or (len(one) == len(other) and all(map(_close, one, other)))
     if isinstance(one, float) or isinstance(other, float):
         return bool(np.isclose(one, other, rtol=1e-6, atol=1e-9))
     return bool(one == other)

@@ -166,7 +166,7 @@ export class Session {
     else if (kind === "pivot") {
       this.pivot = this.pointAt(camera, u, v) || this.pivot;
       return;
-    } else if (kind === "fit") {
+    } else if (kind === "fit" || kind === "frame") {
       this.pivot = this.middle;
       moved = fit(pose, [...camera.K], [...camera.size], this.bounds);
     } else {

@@ -94,7 +94,8 @@ export function rangeOf(plane, display) {
 }
 
 /**
- * The 2nd and 98th percentile of the finite values of a component, from at most 32768 pixels.
+ * The 2nd and 98th percentile of the finite values of a component, from at most 32768 pixels; their extremes where
+ * these are the same.
  * @param {Plane} plane
  * @param {number} component
  * @returns {Range}
@@ -107,7 +108,9 @@ export function percentiles(plane, component) {
     if (Number.isFinite(values[at])) taken.push(values[at]);
   }
   const sorted = Float64Array.from(taken).sort();
-  return widened(sorted[Math.floor(LOW_SHARE * (sorted.length - 1))], sorted[Math.ceil(HIGH_SHARE * (sorted.length - 1))]);
+  const [low, high] = [sorted[Math.floor(LOW_SHARE * (sorted.length - 1))], sorted[Math.ceil(HIGH_SHARE * (sorted.length - 1))]];
+  // Nearly all values are the same: what differs is what there is to see.
+  return low < high ? widened(low, high) : widened(sorted[0], sorted[sorted.length - 1]);
 }
 
 /**

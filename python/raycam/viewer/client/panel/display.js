@@ -9,12 +9,16 @@ import { VIEW_TRANSFORMS } from "../image/tone.js";
 /** @typedef {import("../image/paint.js").Display} Display */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
+const MOST_STOPS = 100; // of the exposure, as the server takes it
+
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */
   constructor(changed) {
     /** @type {Display} */
     this.display = { exposure: 0, view: "standard", map: "viridis", range: null };
     this.changed = changed;
+    /** Called with what is wrong with a typed number. @type {(text: string) => void} */
+    this.onWrong = () => {};
     /** Called when exposure or view transform change. @type {(display: Display) => void} */
     this.onDisplay = () => {};
     /** @type {Map<string, import("../image/paint.js").Range>} chosen ranges by channel */
@@ -46,9 +50,12 @@ export class DisplayControls {
 
   /** @param {number} stops */
   setExposure(stops) {
-    this.display.exposure = Math.min(Math.max(stops, -10), 10);
-    this.exposure.value = String(this.display.exposure);
-    byId("exposure-text", HTMLOutputElement).textContent = `${stops > 0 ? "+" : ""}${Number(stops.toFixed(2))} stops`;
+    const exposure = Math.min(Math.max(stops, -MOST_STOPS), MOST_STOPS);
+    this.display.exposure = exposure;
+    this.exposure.min = String(Math.min(Number(this.exposure.min), exposure));
+    this.exposure.max = String(Math.max(Number(this.exposure.max), exposure));
+    this.exposure.value = String(exposure);
+    byId("exposure-text", HTMLOutputElement).textContent = `${exposure > 0 ? "+" : ""}${Number(exposure.toFixed(2))} stops`;
     this.onDisplay(this.display);
     this.changed();
   }
@@ -66,9 +73,10 @@ export class DisplayControls {
   }
 
   readRange() {
-    const [low, high] = [Number(this.low.value), Number(this.high.value)];
-    if (this.low.value && this.high.value && low < high) this.setRange({ low, high, log: this.log.checked });
-    else this.showRange();
+    const [low, high, log] = [Number(this.low.value), Number(this.high.value), this.log.checked];
+    if (this.low.value && this.high.value && low < high && (high > 0 || !log)) return this.setRange({ low, high, log });
+    this.onWrong(log && !(high > 0) ? "A logarithmic range ends above 0." : "A range goes from a number to a larger one.");
+    this.showRange();
   }
 
   /** @param {import("../image/paint.js").Range} range */

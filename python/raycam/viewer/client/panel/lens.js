@@ -1,10 +1,12 @@
 // The lens of the live view: focal lengths, principal point and distortion as numbers to be changed.
 
-import { byId, element } from "../dom.js";
+import { byId, element, numbersOf } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
 /** @typedef {{ model: string, fx: number, fy: number, cx: number, cy: number, distortion: number[], names: string[] }} Lens */
 
+/** The least and the largest numbers, as the server takes them. */
+const FOCALS = ["0.001", "1e7"], PLACES = ["-1e7", "1e7"], COEFFICIENTS = ["-1e6", "1e6"];
 const INTRINSICS = /** @type {const} */ (["fx", "fy", "cx", "cy"]);
 
 export class LensControls {
@@ -33,7 +35,8 @@ export class LensControls {
   build(names) {
     this.inputs = names.map((name, i) => {
       const step = i < INTRINSICS.length ? "1" : "0.001";
-      return /** @type {HTMLInputElement} */ (element("input", "", { type: "number", step, "data-name": name }));
+      const [min, max] = i < 2 ? FOCALS : i < INTRINSICS.length ? PLACES : COEFFICIENTS;
+      return /** @type {HTMLInputElement} */ (element("input", "", { type: "number", step, min, max, "data-name": name }));
     });
     this.fields.replaceChildren(
       ...this.inputs.map((input, i) => {
@@ -46,10 +49,8 @@ export class LensControls {
   }
 
   tell() {
-    const values = this.inputs.map((input) => Number(input.value));
-    if (this.inputs.some((input) => !input.value) || !values.every(Number.isFinite)) {
-      return this.client.say("A lens has numbers in all of its fields.", "error");
-    }
+    const values = numbersOf(this.inputs, (text) => this.client.say(text, "error"));
+    if (!values) return;
     const [fx, fy, cx, cy, ...distortion] = values;
     this.client.transport.send({ type: "lens", fx, fy, cx, cy, distortion });
   }

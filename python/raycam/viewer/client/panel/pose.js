@@ -1,35 +1,43 @@
 // The pose of the live view's camera: location, roll, pitch and yaw as numbers to be changed.
 
-import { byId } from "../dom.js";
+import { byId, numbersOf } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
 /** @typedef {{ location: number[], roll: number, pitch: number, yaw: number }} Pose metres and degrees */
 
 const POSE_FIELDS = ["pose-x", "pose-y", "pose-z", "pose-roll", "pose-pitch", "pose-yaw"];
 const POSE_DIGITS = 9;
+const FARTHEST = 1e9, MOST_DEGREES = 1e4; // as the server takes them
 
 export class PoseControls {
   /** @param {Client} client */
   constructor(client) {
     this.client = client;
     this.inputs = POSE_FIELDS.map((id) => byId(id, HTMLInputElement));
-    for (const input of this.inputs) input.addEventListener("change", () => this.tell());
+    /** What the fields were filled with, all digits and as shown: those that nobody changed keep all of them. */
+    this.shown = POSE_FIELDS.map(() => ({ value: 0, text: "" }));
+    this.inputs.forEach((input, i) => {
+      const most = i < 3 ? FARTHEST : MOST_DEGREES;
+      [input.min, input.max] = [String(-most), String(most)];
+      input.addEventListener("change", () => this.tell());
+    });
   }
 
   /** @param {Pose} pose */
   show({ location, roll, pitch, yaw }) {
     [...location, roll, pitch, yaw].forEach((value, i) => {
-      const input = this.inputs[i];
-      if (document.activeElement !== input) input.value = String(Number(value.toPrecision(POSE_DIGITS)));
+      const [input, text] = [this.inputs[i], String(Number(value.toPrecision(POSE_DIGITS)))];
+      if (document.activeElement === input) return;
+      input.value = text;
+      this.shown[i] = { value, text };
     });
   }
 
   tell() {
-    const values = this.inputs.map((input) => Number(input.value));
-    if (this.inputs.some((input) => !input.value) || !values.every(Number.isFinite)) {
-      return this.client.say("A pose has numbers in all of its fields.", "error");
-    }
-    const [x, y, z, roll, pitch, yaw] = values;
+    const typed = numbersOf(this.inputs, (text) => this.client.say(text, "error"));
+    if (!typed) return;
+    const exact = typed.map((value, i) => (this.inputs[i].value === this.shown[i].text ? this.shown[i].value : value));
+    const [x, y, z, roll, pitch, yaw] = exact;
     this.client.transport.send({ type: "pose", location: [x, y, z], roll, pitch, yaw });
   }
 }

@@ -1,6 +1,7 @@
 // The world of the live view: its objects and lights as lists, and what may be changed of them.
 
-import { byId, element, fillSelect } from "../dom.js";
+import { byId, element, fillSelect, numbersOf } from "../dom.js";
+import { grouped } from "../image/numbers.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
@@ -26,22 +27,28 @@ export class WorldControls {
     this.tool = byId("tool", HTMLSelectElement);
     this.cameras = byId("show-cameras", HTMLInputElement);
     this.explained = byId("show-explained", HTMLInputElement);
+    this.grid = byId("show-grid", HTMLInputElement);
+    this.count = 0;
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
     this.selected = -1;
-    for (const box of [this.cameras, this.explained]) {
-      box.addEventListener("change", () => client.transport.send({ type: "overlay", cameras: this.cameras.checked, explained: this.explained.checked }));
-    }
+    for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
     fillSelect(this.tool, [["none", "none"], ["move", "move"], ["turn", "turn"], ["scale", "scale"]]);
     this.tool.addEventListener("change", () => this.select());
     this.object.addEventListener("change", () => this.choose(Number(this.object.value)));
     for (const [key, input] of /** @type {[string, HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
-      input.addEventListener("change", () => this.edit("object", key, Number(input.value)));
+      input.addEventListener("change", () => {
+        const [value] = numbersOf([input], (text) => client.say(text, "error")) || [];
+        if (value !== undefined) this.edit("object", key, value);
+      });
     }
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
     this.color.addEventListener("change", () => this.edit("object", "color", this.color.value));
     for (const [name, axis] of MOVES) {
-      this.button("moves", name, `move ${name}`, () => this.edit("object", "move", axis.map((each) => each * Number(this.step.value) || 0)));
+      this.button("moves", name, `move ${name}`, () => {
+        const [step] = numbersOf([this.step], (text) => client.say(text, "error")) || [];
+        if (step !== undefined) this.edit("object", "move", axis.map((each) => each * step || 0));
+      });
     }
     this.button("turns", "turn left", "turn left", () => this.edit("object", "turn", TURN));
     this.button("turns", "turn right", "turn right", () => this.edit("object", "turn", -TURN));
@@ -70,9 +77,17 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} contents */
-  show({ editable, undo, redo, objects, lights }) {
+  show({ editable, undo, redo, objects, lights, counts }) {
     const [object, light] = [this.object.value, this.light.value];
     this.objects = objects;
+    this.count = counts[0];
+    /** @type {[string, any[], number][]} */
+    const lists = [["objects", objects, counts[0]], ["lights", lights, counts[1]]];
+    const cut = lists.filter(([, listed, count]) => listed.length < count);
+    const unlisted = byId("unlisted", HTMLElement);
+    unlisted.hidden = !cut.length;
+    unlisted.textContent = cut.map(([what, listed, count]) => `${grouped(listed.length)} of ${grouped(count)} ${what} are listed.`).join(" ");
+    if (!unlisted.hidden) unlisted.append(" Click another object in the picture.");
     fillSelect(this.object, objects.map((/** @type {any} */ each, /** @type {number} */ i) => [String(i), each.name || `object ${i}`]));
     fillSelect(this.light, lights.map((/** @type {string} */ name, /** @type {number} */ i) => [String(i), name]));
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
@@ -80,14 +95,31 @@ export class WorldControls {
     byId("undo", HTMLButtonElement).disabled = !undo;
     byId("redo", HTMLButtonElement).disabled = !redo;
     this.light.value = light && Number(light) < lights.length ? light : "0";
-    this.choose(object && Number(object) < objects.length ? Number(object) : 0);
+    this.choose(object && Number(object) < this.count ? Number(object) : 0);
+  }
+
+  /**
+   * Shows what the session draws over the picture, and chooses anew, for it may be another one.
+   * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
+   */
+  begin(overlay) {
+    this.selected = -1;
+    if (overlay) [this.cameras.checked, this.explained.checked, this.grid.checked] = [overlay.cameras, overlay.explained, overlay.grid];
+  }
+
+  tellOverlay() {
+    const [cameras, explained, grid] = [this.cameras, this.explained, this.grid].map((box) => box.checked);
+    this.client.transport.send({ type: "overlay", cameras, explained, grid });
   }
 
   /** @param {number} number of the object that is changed from now on */
   choose(number) {
-    if (!this.objects[number]) return;
+    if (!(number >= 0 && number < this.count)) return;
+    if (number >= this.objects.length && ![...this.object.options].some(({ value }) => value === String(number))) {
+      this.object.append(element("option", `object ${number}`, { value: String(number) }));
+    }
     this.object.value = String(number);
-    this.shown.checked = this.objects[number].visible;
+    if (this.objects[number]) this.shown.checked = this.objects[number].visible;
     if (this.selected !== number) this.select();
   }
 
@@ -104,8 +136,13 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} selected */
-  showMaterial({ number, material }) {
-    if (number !== Number(this.object.value) || !material.color) return;
+  showMaterial({ number, name, visible, material }) {
+    if (number !== Number(this.object.value)) return;
+    if (number >= this.objects.length && name) {
+      this.object.selectedOptions[0].textContent = name;
+      this.shown.checked = visible;
+    }
+    if (!material.color) return;
     const shown = [this.color, this.roughness, this.metallic, this.emission];
     const values = [material.color, material.roughness ?? 1, material.metallic ?? 0, Number(material.emission.toPrecision(6))];
     shown.forEach((input, i) => {

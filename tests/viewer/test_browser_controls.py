@@ -1,0 +1,202 @@
+"""The live view's controls in a browser: what is typed, what keys do, and what the page says of itself.
+
+Needs Chromium: `make proof`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+from support.chromium import Tab
+from support.patience import until
+from support.viewer_page import opened, place_of, text_of
+
+pytestmark = pytest.mark.proof
+SAMPLES = 8
+SHIFT, CTRL = 8, 2
+
+
+@pytest.fixture
+def live(small_world: raycam.World) -> Iterator[Server]:
+    camera = small_world.camera("front")
+    made = Server(lambda: Session(small_world, camera, samples=SAMPLES, title="w", allows_open=True), port=0)
+    yield made
+    made.close()
+
+
+def press(tab: Tab, key: str, modifiers: int = 0) -> None:
+    tab.evaluate("document.getElementById('picture').focus()")
+    for kind in ("keyDown", "keyUp"):
+        code = f"Key{key.upper()}" if len(key) == 1 else key
+        tab.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, modifiers=modifiers)
+
+
+def type_into(tab: Tab, element: str, text: str) -> None:
+    tab.evaluate(
+        f"(() => {{ const field = document.querySelector('{element}'); field.value = '{text}';"
+        "field.dispatchEvent(new Event('change', { bubbles: true })); })()"
+    )
+
+
+def said(tab: Tab) -> str:
+    shown: str = tab.evaluate(
+        "(({ hidden, textContent }) => hidden ? '' : textContent)(document.getElementById('message'))"
+    )
+    return shown
+
+
+def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    until(lambda: session.start_refinement().change is not None)
+    tab.wait("document.getElementById('status-change').textContent.includes(' % since ')")
+    assert text_of(tab, "status-rate").endswith(" M samples/s")
+    assert text_of(tab, "status-world") == "14 triangles"
+    assert text_of(tab, "status-connection") == "connected"
+
+
+@pytest.mark.parametrize("stops", [-13.5, 0.25, 16.0])
+def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
+    world = raycam.World.from_dict({"object": [{"box": {"size": 1}}], "render": {"exposure": stops}})
+    server = Server(lambda: Session(world, world.default_camera(), samples=2), port=0)
+    try:
+        session = opened(tab, server, 2)
+        assert text_of(tab, "exposure-text") == f"{stops:+g} stops"
+        assert float(tab.evaluate("document.getElementById('exposure').value")) == stops
+        until(lambda: session.exposure == stops)
+    finally:
+        server.close()
+
+
+def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    before = session.given
+    for element, text, told in [
+        ("#pose-x", "1e12", "x, m: expected a number from -1000000000 to 1000000000, not 1e12."),
+        ("#pose-yaw", "", "yaw, °: expected a number from -10000 to 10000."),
+        ("#lens-fields input", "0", "fx: expected a number from 0.001 to 10000000, not 0."),
+        ("#object-emission", "-3", "Emission: expected a number from 0 to 1000000, not -3."),
+    ]:
+        tab.evaluate("document.getElementById('message').click()")
+        assert said(tab) == ""
+        was = tab.evaluate(f"document.querySelector('{element}').value")
+        type_into(tab, element, text)
+        assert said(tab) == told
+        tab.evaluate(f"document.querySelector('{element}').value = '{was}'")
+    press(tab, "Escape")
+    assert said(tab) == ""
+    assert session.given == before
+    assert text_of(tab, "status-connection") == "connected"  # nothing of it was sent, which would be a strike
+
+
+def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
+    world = raycam.World()
+    middle = np.array([1e6, -2e6, 500.0])
+    world.add_object(box={"size": 1}, location=middle.tolist())
+    camera = raycam.Camera.look_at(middle + np.array([4.123456789, -3.3, 2.2]), middle, size=(48, 32), fov=40)
+    server = Server(lambda: Session(world, camera, samples=2), port=0)
+    try:
+        session = opened(tab, server, 2)
+        type_into(tab, "#pose-z", "503")
+        until(lambda: session.given != camera)
+        assert session.given.location.tolist() == [*camera.location[:2], 503.0]
+        assert np.abs(session.given.R - camera.R).max() < 1e-12
+    finally:
+        server.close()
+
+
+def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    for key, modifiers, way in [
+        ("ArrowUp", SHIFT, lambda moved, camera: moved @ camera.forward > 0),
+        ("ArrowDown", SHIFT, lambda moved, camera: moved @ camera.forward < 0),
+        (
+            "ArrowRight",
+            CTRL,
+            lambda moved, camera: abs(moved @ camera.R[0]) > 0.9 * np.linalg.norm(moved) > 0,
+        ),
+        ("ArrowUp", CTRL, lambda moved, camera: abs(moved @ camera.R[1]) > 0.9 * np.linalg.norm(moved) > 0),
+    ]:
+        before = session.given
+        press(tab, key, modifiers)
+        until(lambda before=before: session.given != before)
+        assert way(session.given.location - before.location, before)
+    press(tab, "Home")
+    tab.wait("document.getElementById('camera').value === 'front'")
+    press(tab, "c")
+    until(lambda: session.name == "side")
+    for name in ("", "side"):
+        press(tab, "v")
+        until(lambda name=name: session.name == name)
+    tab.click(*place_of(tab, session.size[0] // 2, session.size[1] // 2, session.size))
+    tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
+    press(tab, "f")
+    until(lambda: session.name == "")
+    assert np.allclose(session.pivot, 0)  # the middle of the box, not of box and floor
+    press(tab, "Tab")
+    before = session.given
+    press(tab, "w")
+    until(lambda: session.given != before)
+    for _ in range(2):
+        press(tab, "Tab")
+
+
+def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
+    world = raycam.World()
+    for i in range(1003):
+        world.add_object(plane={"size": [0.5, 0.5]}, location=[i % 40, i // 40, 0], name=f"tile {i}")
+    camera = raycam.Camera.look_at([2, 25, 3], [2, 25, 0], [0, 1, 0], size=(60, 40), fov=40)
+    server = Server(lambda: Session(world, camera, samples=2), port=0)
+    try:
+        session = opened(tab, server, 2)
+        tab.wait(
+            "document.getElementById('unlisted').textContent.startsWith('1,000 of 1,003 objects are listed')"
+        )
+        tab.click(*place_of(tab, session.size[0] // 2, session.size[1] // 2, session.size))
+        tab.wait("document.getElementById('object').selectedOptions[0].textContent === 'tile 1002'")
+        tab.evaluate("document.getElementById('object-visible').click()")
+        until(lambda: not session.base.objects[1002].visible)
+    finally:
+        server.close()
+
+
+def test_a_new_session_draws_and_shows_as_the_page_says(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    for box in ("show-grid", "show-cameras"):
+        tab.evaluate(f"document.getElementById('{box}').click()")
+    until(lambda: session.shows_grid and session.shows_cameras)
+    session.visible = False  # as if it had been hidden before the connection was cut
+    tab.wait("document.getElementById('status-connection').textContent === 'connected'")
+    session.send_message(session.welcome())
+    until(lambda: session.visible)
+    assert tab.evaluate("document.getElementById('show-grid').checked")
+    session.shows_grid = session.shows_cameras = False  # as a session of a server that was started anew
+    session.send_message(session.welcome())
+    tab.wait(
+        "!document.getElementById('show-grid').checked && !document.getElementById('show-cameras').checked"
+    )
+
+
+def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: Path) -> None:
+    opened(tab, live, SAMPLES)
+    for name, data, told in [
+        ("empty.png", b"", "empty.png is empty, or a folder: drop the files in it."),
+        ("n" * 100 + ".obj", b"v 0 0 0\n", "its name has more than 100 characters: rename it."),
+        ("m.toml", b'[[object]]\nmesh = "no.ply"\n', "m.toml: no.ply, which it names, was not dropped"),
+    ]:
+        tab.evaluate("document.getElementById('message').click()")
+        (tmp_path / name).write_bytes(data)
+        (tmp_path / "w.toml").write_bytes(b"")
+        world = (
+            [tmp_path / name] if name.endswith((".toml", ".obj")) else [tmp_path / name, tmp_path / "w.toml"]
+        )
+        tab.drop(300, 200, world)
+        tab.wait(f"document.getElementById('message').textContent.includes('{told}')")
+        assert tab.evaluate("document.getElementById('message').classList.contains('error')")
+    assert text_of(tab, "title") == "w"
+    assert text_of(tab, "status-connection") == "connected"
