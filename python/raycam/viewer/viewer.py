@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of
 from ..camera import Camera
+from ..camera.asked import world_of
 from ..errors import SettingsError
 from ..render.frame import Frame
 from ..world import World
@@ -216,16 +217,21 @@ def view(
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
     """
-    if isinstance(what, Frame):
-        return what.show(**options)
-    if not isinstance(what, World) and is_frame(what):
-        return load_frame(what).show(**{"title": Path(what).name, **options})
-    if not isinstance(what, World):
-        from ..world.load import load
-
+    is_path = isinstance(what, str | os.PathLike)
+    if isinstance(what, Frame) or (is_path and is_frame(what)):
+        of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
+        for name, value in of_worlds.items():
+            if value is not None:
+                raise SettingsError(f"{name} is for worlds, and this is a frame: see Frame.show for its options")
+        return (
+            what.show(**options)
+            if isinstance(what, Frame)
+            else load_frame(what).show(**{"title": Path(what).name, **options})
+        )
+    if is_path:
         options.setdefault("title", Path(what).name)
         options.setdefault("source", what)
-        what = load(what)
+    what = world_of(what)
     if size is not None:
         camera = (what.default_camera() if camera is None else camera).resized(size)
     if _in_notebook() if cell is None else cell:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import html
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,7 +17,7 @@ from .messages import BadMessage, message_of
 from .scheduler import Scheduler
 from .server import MOST_SESSIONS
 from .session import Session
-from .web.document import filled
+from .web.document import filled, title_text
 
 __all__ = ["RELAY", "Views", "cell_page", "make_widget"]
 
@@ -73,7 +72,7 @@ def cell_page(title: str) -> str:
     return filled(
         {
             "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            "title": html.escape(title),
+            "title": title_text(title),
             "style": f"<style>{style}</style>",
             "data": '<meta id="in-a-cell">',
             "script": f"<script>{script}</script>",

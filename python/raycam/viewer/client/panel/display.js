@@ -9,6 +9,8 @@ import { VIEW_TRANSFORMS } from "../image/tone.js";
 /** @typedef {import("../image/paint.js").Display} Display */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
+const MOST_STOPS = 100; // of raycam's exposure
+
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */
   constructor(changed) {
@@ -46,9 +48,9 @@ export class DisplayControls {
 
   /** @param {number} stops */
   setExposure(stops) {
-    this.display.exposure = Math.min(Math.max(stops, -10), 10);
-    this.exposure.value = String(this.display.exposure);
-    byId("exposure-text", HTMLOutputElement).textContent = `${stops > 0 ? "+" : ""}${Number(stops.toFixed(2))} stops`;
+    const shown = (this.display.exposure = Math.min(Math.max(stops, -MOST_STOPS), MOST_STOPS));
+    this.exposure.value = String(shown); // the slider is shorter, and stays at its end
+    byId("exposure-text", HTMLOutputElement).textContent = `${shown > 0 ? "+" : ""}${Number(shown.toFixed(2))} stops`;
     this.onDisplay(this.display);
     this.changed();
   }
