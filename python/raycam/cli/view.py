@@ -11,7 +11,6 @@ from ..errors import SettingsError
 from ..io.system_calls import give_memory_back
 from ._options import Command, add_camera, load_world, print_notice, view
 
-
 SHOWN = ("channel", "exposure", "view")
 """The options of a page of frames."""
 

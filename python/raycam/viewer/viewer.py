@@ -217,20 +217,16 @@ def view(
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
     """
-    is_path = isinstance(what, str | os.PathLike)
-    if isinstance(what, Frame) or (is_path and is_frame(what)):
+    if isinstance(what, str | os.PathLike) and is_frame(what):
+        options = {"title": Path(what).name, **options}
+        what = load_frame(what)
+    if isinstance(what, Frame):
         of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
-        for name, value in of_worlds.items():
-            if value is not None:
-                raise SettingsError(f"{name} is for worlds, and this is a frame: see Frame.show for its options")
-        return (
-            what.show(**options)
-            if isinstance(what, Frame)
-            else load_frame(what).show(**{"title": Path(what).name, **options})
-        )
-    if is_path:
-        options.setdefault("title", Path(what).name)
-        options.setdefault("source", what)
+        for name in (name for name, value in of_worlds.items() if value is not None):
+            raise SettingsError(f"{name} is for worlds, and this is a frame: see Frame.show for its options")
+        return what.show(**options)
+    if isinstance(what, str | os.PathLike):
+        options = {"title": Path(what).name, "source": what, **options}
     what = world_of(what)
     if size is not None:
         camera = (what.default_camera() if camera is None else camera).resized(size)

@@ -66,9 +66,7 @@ def live_page(
         f'<script type="text/plain" id="core-world">{world_text}</script>',
         f'<script type="application/json" id="core-options">{json_text(options)}</script>',
     ]
-    return assembled(str(options["title"]), blocks, NOT_IN_PAGES = ("shadow", "error")
-"""The channels that a live page does not render."""
-SCRIPTS, WORKERS)
+    return assembled(str(options["title"]), blocks, SCRIPTS, WORKERS)
 
 
 def playground_page(examples: Mapping[str, str]) -> str:
@@ -76,13 +74,9 @@ def playground_page(examples: Mapping[str, str]) -> str:
     listed = [{"name": name, "text": text} for name, text in examples.items()]
     options = json_text({"playground": listed})
     blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']
-    return assembled("raycam playground", blocks, NOT_IN_PAGES = ("shadow", "error")
-"""The channels that a live page does not render."""
-SCRIPTS, WORKERS)
+    return assembled("raycam playground", blocks, SCRIPTS, WORKERS)
 
 
 def lecture_page() -> str:
     """The HTML text of the lecture alive: a world that a student turns, its steps in numbers, and exercises."""
-    return assembled("Making virtual worlds, live", core_blocks(), NOT_IN_PAGES = ("shadow", "error")
-"""The channels that a live page does not render."""
-SCRIPTS, WORKERS, "lecture/")
+    return assembled("Making virtual worlds, live", core_blocks(), SCRIPTS, WORKERS, "lecture/")
