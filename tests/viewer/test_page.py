@@ -16,7 +16,7 @@ import raycam
 from raycam.viewer import page as pages
 from raycam.viewer.page import Page, page
 from raycam.viewer.saved_frames import load_frame
-from raycam.viewer.wire import unpack
+from raycam.viewer.wire import data_url, unpack
 
 EVIL = "</script><img src=x onerror=alert(1)><!--"
 
@@ -265,5 +265,8 @@ def test_show_fills_the_cell_of_a_notebook(frame: raycam.Frame, monkeypatch: pyt
     monkeypatch.setitem(pages.sys.modules, "IPython.display", Display)
     assert frame.show() is None
     (shown,) = Display.shown
-    tag, has, _ = Elements(shown._repr_html_()).found[0]
-    assert (tag, has["sandbox"], has["srcdoc"]) == ("iframe", "allow-scripts allow-downloads", str(shown))
+    elements = {tag: has for tag, has, _ in Elements(shown._repr_html_()).found}
+    assert elements["iframe"]["sandbox"] == "allow-scripts allow-downloads"
+    assert elements["iframe"]["srcdoc"] == str(shown)
+    # What a notebook shows that is not trusted, and leaves out the frame.
+    assert elements["img"]["src"] == data_url("image/jpeg", frame.to_jpeg())

@@ -19,9 +19,9 @@ from ..arguments import flag, numbers, one_of, several, word
 from ..camera.asked import world_of
 from ..errors import SettingsError
 from ..notices import warn_all
-from ..render.frame import VIEWS
+from ..render.frame import CHANNELS, VIEWS
 from .web.document import assembled, json_text
-from .wire import DTYPES, pack
+from .wire import DTYPES, data_url, pack
 
 if TYPE_CHECKING:
     from ..render.frame import Frame
@@ -40,12 +40,21 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 class Page(str):
     """The text of a page, which notebooks show in a frame of its own."""
 
+    picture: bytes = b""
+    """What it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
+
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
+        size = f"width: 100%; height: {NOTEBOOK_HEIGHT}px"
+        shown = (
+            f'<img src="{data_url("image/jpeg", self.picture)}" alt="the frame" ' if self.picture else "<p "
+        )
         return (
+            f'<div style="position: relative; overflow: hidden; {size}">'
+            f'{shown}style="max-width: 100%">'
             f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts allow-downloads" '
             'allow="clipboard-write" title="raycam frame" '
-            f'style="width: 100%; height: {NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
+            f'style="position: absolute; left: 0; top: 0; {size}; border: 0"></iframe></div>'
         )
 
     def __repr__(self) -> str:
@@ -57,7 +66,7 @@ def page(
     frame: Frame,
     *,
     world: World | None = None,
-    explain: Iterable[tuple[int, int]] = (),
+    explain: Iterable[tuple[int, int]] | None = None,
     compare: Frame | None = None,
     arrays: Arrays | None = None,
     half: bool = False,
@@ -70,7 +79,7 @@ def page(
     """The frame as one HTML text: see `Frame.save`. Raises `SettingsError` where the parts do not fit."""
     world = None if world is None else world_of(world)
     title = None if title is None else word("title", title)
-    pixels = several("explain", explain, "pixels (column, row)")
+    pixels = several("explain", () if explain is None else explain, "pixels (column, row)")
     if flag("live", live):
         from .web.live_page import live_page
 
@@ -116,13 +125,24 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
     made = page(frame, **options)
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
-    if shell is not None and hasattr(shell, "kernel"):
+    marimo = sys.modules.get("marimo")
+    is_in_cell = shell is not None and hasattr(shell, "kernel")
+    is_in_marimo = marimo is not None and marimo.running_in_notebook()
+    if is_in_cell or is_in_marimo:
+        made.picture = _picture(frame, options.get("channel"), options.get("exposure"), options.get("view"))
+    if is_in_cell:
         sys.modules["IPython.display"].display(made)
         return None
-    marimo = sys.modules.get("marimo")
-    if marimo is not None and marimo.running_in_notebook():
-        return made
-    return write_page(made)
+    return made if is_in_marimo else write_page(made)
+
+
+def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
+    """What a page shows first as JPEG; nothing for planes that are no channels of raycam."""
+    shown = channel or ("color" if "color" in frame else next(iter(frame)))
+    known = shown in CHANNELS and frame[shown].shape[2:] == (
+        (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
+    )
+    return frame.to_jpeg(exposure, view, shown) if known else b""
 
 
 def write_page(made: Page, *, browser: bool = True) -> Path:

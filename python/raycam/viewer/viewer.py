@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import sys
 import threading
@@ -16,6 +17,8 @@ from ..arguments import one_of
 from ..camera import Camera
 from ..camera.asked import world_of
 from ..errors import SettingsError
+from ..notices import collected
+from ..render import render
 from ..render.frame import Frame
 from ..world import World
 from .saved_frames import is_frame, load_frame
@@ -23,6 +26,7 @@ from .scene.edits import Edits
 from .server import Server
 from .session import DEFAULT_SAMPLES, Session
 from .stills import truth
+from .wire import data_url
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -31,6 +35,8 @@ __all__ = ["Viewer", "open_browser", "view"]
 
 QUEUED_PICKS = 16
 """Clicked pixels that wait for the listeners at most; others are lost."""
+FIRST_WIDTH = 480
+"""Pixels of the picture for those who read a notebook without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -183,10 +189,22 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell; of a view with a server, its address."""
-        if self._server is None:
-            return self._widget._repr_mimebundle_(**options)
-        return {"text/plain": repr(self)}
+        """The widget at the end of a cell, and a picture for those who read without a kernel; else the address."""
+        if self._server is not None:
+            return {"text/plain": repr(self)}
+        picture = (self.frame() or self._first_picture()).to_jpeg()
+        self._widget.still = data_url("image/jpeg", picture)
+        shown = self._widget._repr_mimebundle_(**options)
+        data, *more = shown if isinstance(shown, tuple) else (shown,)
+        data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        return (data, *more) if more else data
+
+    def _first_picture(self) -> Frame:
+        """The picture of the camera, `FIRST_WIDTH` pixels wide."""
+        width, height = self._camera.size
+        wide = self._camera.resized((FIRST_WIDTH, max(1, round(height * FIRST_WIDTH / width))))
+        with collected():
+            return render(self.world, wide, samples=4, channels="color", threads=self._options["threads"])
 
 
 def view(
