@@ -305,11 +305,26 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
 
 @pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
 def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: int, tmp_path: Path) -> None:
-    frame.save(tmp_path / "x.html")
+    named = raycam.World()
+    for name in ("a name that is so long that it has to be broken somewhere", "floor"):
+        named.add_object(box={"size": 1}, name=name)
+    frame.save(tmp_path / "x.html", world=named)
     tab.show(width, 800, scheme)
     tab.open((tmp_path / "x.html").as_uri())
     tab.click(*place_of(tab, 24, 16, frame.size))
+    tab.wait("document.querySelector('#values .name')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    if width > 760:  # the panel alone scrolls
+        tab.wait("document.getElementById('held').textContent")
+        tab.show(width, 400, scheme)
+        assert tab.evaluate("document.documentElement.scrollHeight") <= 400
+        tab.show(width, 800, scheme)
+    broken = tab.evaluate(
+        "[...document.querySelectorAll('#values th')].filter((each) => { const range = document.createRange();"
+        "range.selectNodeContents(each); return range.getBoundingClientRect().height > 30; })"
+        ".map((each) => each.textContent)"
+    )
+    assert all("_" in name for name in broken), broken
     small = tab.evaluate(
         "[...document.querySelectorAll('button, select, input:not([type=checkbox])')].filter((each) => "
         "each.offsetParent && each.getBoundingClientRect().height < 16).map((each) => each.id)"
