@@ -64,7 +64,7 @@ export function toneMap(linear, exposure, view, rgba) {
 }
 
 /**
- * What a transform takes of a value: 0 for NaN, and the largest float32 for what is larger.
+ * The value that a transform takes: 0 for NaN, and the largest float32 for what is larger.
  * @param {number} v
  * @returns {number}
  */
