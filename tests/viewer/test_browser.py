@@ -338,6 +338,25 @@ def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: i
     tab.show(1280, 800)
 
 
+def test_the_figure_of_a_pixel_fits_a_narrow_cell(
+    tab: Tab, small_world: raycam.World, tmp_path: Path
+) -> None:
+    svg = raycam.explain(small_world, small_world.camera("front"), (25, 16))._repr_svg_()
+    (tmp_path / "cell.html").write_text(
+        f"<!doctype html><div style='width: 500px'>{svg}</div>", encoding="utf-8"
+    )
+    tab.call("Page.navigate", url=(tmp_path / "cell.html").as_uri())
+    tab.wait("document.querySelector('svg')")
+    width, height = tab.evaluate(
+        "(({ width, height }) => [width, height])(document.querySelector('svg').getBoundingClientRect())"
+    )
+    whole = tab.evaluate(
+        "(({ width, height }) => width / height)(document.querySelector('svg').viewBox.baseVal)"
+    )
+    assert width == pytest.approx(500)
+    assert height == pytest.approx(500 / whole, rel=1e-3)
+
+
 # The live view --------------------------------------------------------------------------------------------
 
 
