@@ -67,7 +67,7 @@ export class Client {
     if (message.type === "picture") this.showPicture(message);
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
-    if (message.type === "explained") this.showExplained(/** @type {any} */ (message));
+    if (message.type === "explained") showExplanation(/** @type {any} */ (message));
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
@@ -107,11 +107,6 @@ export class Client {
   showAbout({ about, notices }) {
     byId("about", HTMLPreElement).textContent = about;
     byId("notices", HTMLElement).replaceChildren(...notices.map((/** @type {string} */ text) => element("li", text)));
-  }
-
-  /** @param {import("./panel/explain.js").Explanation} explanation */
-  showExplained({ column, row, ...parts }) {
-    showExplanation({ ...parts, column: column + this.origin.column, row: row + this.origin.row });
   }
 
   /** @param {string} name */

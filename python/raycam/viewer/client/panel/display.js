@@ -9,7 +9,7 @@ import { VIEW_TRANSFORMS } from "../image/tone.js";
 /** @typedef {import("../image/paint.js").Display} Display */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const MOST_STOPS = 100; // of raycam's exposure
+const MOST_STOPS = 100; // of the exposure, as the server takes it
 
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */
@@ -48,9 +48,12 @@ export class DisplayControls {
 
   /** @param {number} stops */
   setExposure(stops) {
-    const shown = (this.display.exposure = Math.min(Math.max(stops, -MOST_STOPS), MOST_STOPS));
-    this.exposure.value = String(shown); // the slider is shorter, and stays at its end
-    byId("exposure-text", HTMLOutputElement).textContent = `${shown > 0 ? "+" : ""}${Number(shown.toFixed(2))} stops`;
+    const exposure = Math.min(Math.max(stops, -MOST_STOPS), MOST_STOPS);
+    this.display.exposure = exposure;
+    this.exposure.min = String(Math.min(Number(this.exposure.min), exposure));
+    this.exposure.max = String(Math.max(Number(this.exposure.max), exposure));
+    this.exposure.value = String(exposure);
+    byId("exposure-text", HTMLOutputElement).textContent = `${exposure > 0 ? "+" : ""}${Number(exposure.toFixed(2))} stops`;
     this.onDisplay(this.display);
     this.changed();
   }

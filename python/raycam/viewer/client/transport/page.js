@@ -111,7 +111,8 @@ export class PageTransport {
   /** @param {Message} message */
   sendExplanation({ u, v }) {
     const found = this.document.explanations.find((/** @type {any} */ each) => each.column === u && each.row === v);
-    if (found) this.say?.({ type: "explained", ...found });
+    const [x, y] = this.document.origin;
+    if (found) this.say?.({ type: "explained", ...found, column: found.column + x, row: found.row + y });
     else {
       const text = this.document.explanations.length
         ? "This page explains the marked pixels alone."
