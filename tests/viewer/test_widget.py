@@ -113,14 +113,20 @@ def test_the_widget_passes_messages_on(small_world: raycam.World) -> None:
         widget.close()
 
 
-def test_a_cell_carries_a_picture_for_those_who_read_without_a_kernel(small_world: raycam.World) -> None:
+@pytest.mark.parametrize(("size", "first"), [((48, 32), (480, 320)), ((1, 2000), (1, 480))])
+def test_a_cell_carries_a_picture_for_those_who_read_without_a_kernel(
+    small_world: raycam.World, size: tuple[int, int], first: tuple[int, int]
+) -> None:
     pytest.importorskip("anywidget")
-    with raycam.view(small_world, small_world.camera("front"), cell=True) as viewer:
+    camera = small_world.camera("front").resized(size)
+    with raycam.view(small_world, camera, cell=True) as viewer:
         data = viewer._repr_mimebundle_()
         data = data[0] if isinstance(data, tuple) else data
         assert data["text/plain"] == "Viewer in a cell"
         assert "application/vnd.jupyter.widget-view+json" in data
         picture = base64.b64decode(data["image/jpeg"])
         assert viewer._widget.still == data_url("image/jpeg", picture)
-        camera = small_world.camera("front").resized((480, 320))
-        assert picture == raycam.render(small_world, camera, samples=4, channels="color").to_jpeg()
+        shown = raycam.render(
+            small_world, camera.resized(first), samples=4, channels="color", integrator="direct"
+        )
+        assert picture == shown.to_jpeg()

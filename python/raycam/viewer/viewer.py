@@ -35,7 +35,7 @@ __all__ = ["Viewer", "open_browser", "view"]
 
 QUEUED_PICKS = 16
 """Clicked pixels that wait for the listeners at most; others are lost."""
-FIRST_WIDTH = 480
+FIRST_SIDE = 480
 """Pixels of the picture for those who read a notebook without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
@@ -200,11 +200,18 @@ class Viewer:
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:
-        """The picture of the camera, `FIRST_WIDTH` pixels wide."""
-        width, height = self._camera.size
-        wide = self._camera.resized((FIRST_WIDTH, max(1, round(height * FIRST_WIDTH / width))))
+        """The picture of the camera, the longer side of `FIRST_SIDE` pixels."""
+        scale = FIRST_SIDE / max(self._camera.size)
+        width, height = (max(1, round(side * scale)) for side in self._camera.size)
+        quick: dict[str, Any] = {"integrator": "direct", "samples": 4, "ambient_occlusion": False}
         with collected():
-            return render(self.world, wide, samples=4, channels="color", threads=self._options["threads"])
+            return render(
+                self.world,
+                self._camera.resized((width, height)),
+                channels="color",
+                threads=self._options["threads"],
+                **quick,
+            )
 
 
 def view(
