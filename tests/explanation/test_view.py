@@ -125,3 +125,12 @@ def test_hdr_files_keep_the_light(tmp_path: Path) -> None:
     assert read is not None
     error = np.abs(read[0, :, ::-1] - colors) / colors.max(axis=1, keepdims=True)
     assert error.max() < 1 / 128
+
+
+def test_infinite_light_is_white_and_what_is_no_number_is_none() -> None:
+    inf, nan = np.inf, np.nan
+    odd = np.array([[inf, 1, 1], [1, inf, 0], [inf, inf, inf], [-inf, nan, 0]])
+    finite = np.array([[3e38, 1, 1], [1, 3e38, 0], [3e38, 3e38, 3e38], [0, 0, 0]])
+    for name in VIEWS:
+        found, expected = (frame(colors).to_srgb8(view=name).astype(int) for colors in (odd, finite))
+        assert np.abs(found - expected).max() <= 1, name

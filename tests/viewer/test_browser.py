@@ -13,10 +13,11 @@ import pytest
 import raycam
 from raycam.render.frame import VIEWS
 from raycam.viewer import bundle as bundling
+from raycam.viewer.saved_frames import load_frame
 from raycam.viewer.server import Server
 from raycam.viewer.wire import DTYPES, FILTERS, pack
 from support.chromium import Tab
-from support.viewer_page import drag, held, place_of, readout
+from support.viewer_page import drag, held, place_of, readout, text_of
 
 pytestmark = pytest.mark.proof
 EVIL = "</script><img src=x onerror=document.title='evil'>"
@@ -29,7 +30,10 @@ def client(tab: Tab) -> Tab:
     tab.call("Page.navigate", url="about:blank")
     bodies = [bundling.client_file(name) for name in bundling.modules() if name != "main.js"]
     text = "\n".join(bundling.EXPORT.sub("", bundling.IMPORT.sub("", body)) for body in bodies)
-    names = "shortest, sixDigits, unpackPlane, bytesOfBase64, toneMap, differenceOf, percentiles, mapTable, idColor"
+    names = (
+        "shortest, sixDigits, unpackPlane, bytesOfBase64, toneMap, differenceOf, percentiles, mapTable, idColor, "
+        "mapIndex, styleOf, isMiss"
+    )
     tab.evaluate(f"globalThis.client = (() => {{ {text}\n return {{ {names} }}; }})(), null")
     return tab
 
@@ -64,14 +68,16 @@ def test_planes_are_unpacked_to_the_bit(client: Tab, filter: str, dtype: str, le
     assert bytes(found) == expected.tobytes()
 
 
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("dtype", ["float16", "float32", "float64"])
 def test_decimals_are_the_same_numbers_and_no_longer_than_numpys(client: Tab, dtype: str) -> None:
     random = np.random.default_rng(6)
     bits = random.integers(0, 2 ** (8 * np.dtype(dtype).itemsize), 20000, f"u{np.dtype(dtype).itemsize}")
-    values = np.concatenate([bits.view(dtype), np.array([0.1, -0.0, 1e-45, 3.4e38, 5e-324, 1 / 3], dtype)])
+    more = [0.1, -0.0, 1 / 3, *([65504, 6e-8, 6e-5] if dtype == "float16" else [1e-45, 3.4e38, 5e-324])]
+    values = np.concatenate([bits.view(dtype), np.array(more, dtype)])
     values = values[np.isfinite(values)]
+    given = values.astype(np.float32) if dtype == "float16" else values  # as planes are unpacked
     texts = client.evaluate(
-        f"Array.from(new {dtype.title()}Array(client.bytesOfBase64('{base64_of(values)}').buffer), "
+        f"Array.from(new {given.dtype.name.title()}Array(client.bytesOfBase64('{base64_of(given)}').buffer), "
         f"(v) => client.shortest(v, '{dtype}'))"
     )
     assert np.array(texts, dtype=dtype).tobytes() == values.tobytes()
@@ -82,7 +88,7 @@ def test_decimals_are_the_same_numbers_and_no_longer_than_numpys(client: Tab, dt
     assert all(
         mine <= numpys
         for mine, numpys, v in zip(digits, shortest, values, strict=True)
-        if 1e-5 < abs(v) < 1e15
+        if 1e-5 < abs(float(v)) < 1e15
     )
 
 
@@ -92,6 +98,7 @@ def test_colours_are_those_of_raycam(client: Tab, view: str, exposure: float) ->
     random = np.random.default_rng(7)
     linear = (10 ** random.uniform(-4, 2, (32, 64, 3))).astype(np.float32)
     linear[0] = np.linspace(-0.1, 1.2, 192, dtype=np.float32).reshape(64, 3)
+    linear[1] = random.choice([np.nan, np.inf, -np.inf, 0, 1, 1e38], (64, 3))
     frame = raycam.Frame({"color": linear}, camera=None, size=(64, 32))
     rgba = client.evaluate(
         f"(() => {{ const out = new Uint8ClampedArray({4 * 64 * 32});"
@@ -110,6 +117,33 @@ def test_six_digits_fit_their_column(client: Tab) -> None:
     assert max(map(len, texts)) <= 9
     for text, value in zip(texts, values, strict=True):
         assert float(text) == pytest.approx(value, rel=1e-2)
+
+
+def test_planes_are_read_by_what_they_hold_not_by_their_name_alone(client: Tab) -> None:
+    kinds = {
+        ("color", "float32", 3): "light",
+        ("color", "int32", 1): "ids",
+        ("albedo", "float64", 1): "scalar",
+        ("instance", "float64", 3): "place",
+        ("instance", "int32", 1): "ids",
+        ("normal", "float32", 2): "flow",
+        ("flow", "float64", 1): "scalar",
+        ("labels", "int32", 3): "place",
+        ("beauty.RGB", "float32", 3): "light",
+    }
+    for (name, dtype, components), kind in kinds.items():
+        plane = {"name": name, "dtype": dtype, "components": components}
+        assert client.evaluate(f"client.styleOf({json.dumps(plane)}).kind") == kind, plane
+    plane = "{ name: 'flow', dtype: 'float64', components: 2, values: [1, NaN, 0, 0] }"
+    misses = f"(() => {{ const p = {plane}; return [0, 1].map((i) => client.isMiss(p, client.styleOf(p), i)); }})()"
+    assert client.evaluate(misses) == [True, False]
+
+
+def test_ranges_wider_than_numbers_are_coloured(client: Tab) -> None:
+    places = client.evaluate(
+        "[-1e308, 0, 1e308].map((value) => client.mapIndex(value, { low: -1e308, high: 1e308, log: false }))"
+    )
+    assert places == [0, 512, 1023]
 
 
 # The page -------------------------------------------------------------------------------------------------
@@ -164,6 +198,52 @@ def test_names_and_titles_are_text(tab: Tab, small_world: raycam.World, tmp_path
     assert EVIL in tab.evaluate("document.querySelector('.ids').textContent")
     assert tab.evaluate("document.title") == EVIL
     assert tab.evaluate("document.querySelectorAll('img').length") == 1  # of the explanation
+
+
+def test_names_from_files_of_strangers_are_text(tab: Tab, tmp_path: Path) -> None:
+    depth = np.arange(6, dtype=np.float32).reshape(2, 3)
+    name = 'x"></script><img src=a>&amp;'
+    (tmp_path / "x.exr").write_bytes(raycam._core.encode_exr([(name, depth)], False, None, []))
+    tab.said.clear()
+    load_frame(tmp_path / "x.exr").save(tmp_path / "x.html")
+    tab.open((tmp_path / "x.html").as_uri())
+    tab.mouse("mouseMoved", *place_of(tab, 1, 1, (3, 2)))
+    tab.wait("document.querySelectorAll('#values tr').length === 1")
+    assert readout(tab) == {f"{name}.V": ["4"]}
+    assert tab.said == []
+
+
+def test_both_frames_are_told_with_their_own_digits(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+    single = raycam.Frame(
+        {"position": frame["position"].astype(np.float32)}, camera=frame.camera, size=frame.size
+    )
+    double = raycam.Frame({"position": frame["position"]}, camera=frame.camera, size=frame.size)
+    column, row = 24, 16
+    for a, b in ((single, double), (double, single)):
+        a.save(tmp_path / "x.html", compare=b)
+        tab.open((tmp_path / "x.html").as_uri())
+        tab.mouse("mouseMoved", *place_of(tab, column, row, frame.size))
+        tab.wait("document.querySelectorAll('#values tr').length === 2")
+        rows = tab.evaluate(
+            "[...document.querySelectorAll('#values tr')].map((row) => "
+            "[...row.querySelectorAll('.number')].map((each) => each.title))"
+        )
+        for numbers, told in zip(rows, (a, b), strict=True):
+            value = told["position"][row, column]
+            assert np.array(numbers, value.dtype).tobytes() == value.tobytes()
+            assert numbers == [str(number) for number in value]
+
+
+def test_a_region_is_explained_by_the_places_of_the_whole(
+    tab: Tab, small_world: raycam.World, tmp_path: Path
+) -> None:
+    part = raycam.render(small_world, small_world.camera("front"), samples=1, region=(16, 8, 16, 16))
+    part.save(tmp_path / "x.html", world=small_world, explain=[(25, 16)], exposure=12)
+    tab.open((tmp_path / "x.html").as_uri())
+    assert text_of(tab, "exposure-text") == "+12 stops"
+    tab.evaluate("document.querySelector('#explanation-list button').click()")
+    tab.wait("document.getElementById('explained').open")
+    assert text_of(tab, "explained-title") == "Pixel 25, 16 explained"
 
 
 def test_every_channel_has_a_picture_and_a_legend(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
@@ -225,11 +305,26 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
 
 @pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
 def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: int, tmp_path: Path) -> None:
-    frame.save(tmp_path / "x.html")
+    named = raycam.World()
+    for name in ("a name that is so long that it has to be broken somewhere", "floor"):
+        named.add_object(box={"size": 1}, name=name)
+    frame.save(tmp_path / "x.html", world=named)
     tab.show(width, 800, scheme)
     tab.open((tmp_path / "x.html").as_uri())
     tab.click(*place_of(tab, 24, 16, frame.size))
+    tab.wait("document.querySelector('#values .name')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    if width > 760:  # the panel alone scrolls
+        tab.wait("document.getElementById('held').textContent")
+        tab.show(width, 400, scheme)
+        assert tab.evaluate("document.documentElement.scrollHeight") <= 400
+        tab.show(width, 800, scheme)
+    broken = tab.evaluate(
+        "[...document.querySelectorAll('#values th')].filter((each) => { const range = document.createRange();"
+        "range.selectNodeContents(each); return range.getBoundingClientRect().height > 30; })"
+        ".map((each) => each.textContent)"
+    )
+    assert all("_" in name for name in broken), broken
     small = tab.evaluate(
         "[...document.querySelectorAll('button, select, input:not([type=checkbox])')].filter((each) => "
         "each.offsetParent && each.getBoundingClientRect().height < 16).map((each) => each.id)"
@@ -241,6 +336,25 @@ def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: i
     )
     assert unnamed == []
     tab.show(1280, 800)
+
+
+def test_the_figure_of_a_pixel_fits_a_narrow_cell(
+    tab: Tab, small_world: raycam.World, tmp_path: Path
+) -> None:
+    svg = raycam.explain(small_world, small_world.camera("front"), (25, 16))._repr_svg_()
+    (tmp_path / "cell.html").write_text(
+        f"<!doctype html><div style='width: 500px'>{svg}</div>", encoding="utf-8"
+    )
+    tab.call("Page.navigate", url=(tmp_path / "cell.html").as_uri())
+    tab.wait("document.querySelector('svg')")
+    width, height = tab.evaluate(
+        "(({ width, height }) => [width, height])(document.querySelector('svg').getBoundingClientRect())"
+    )
+    whole = tab.evaluate(
+        "(({ width, height }) => width / height)(document.querySelector('svg').viewBox.baseVal)"
+    )
+    assert width == pytest.approx(500)
+    assert height == pytest.approx(500 / whole, rel=1e-3)
 
 
 # The live view --------------------------------------------------------------------------------------------

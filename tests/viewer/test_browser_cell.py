@@ -20,7 +20,7 @@ import raycam
 from raycam.viewer.session import Session
 from raycam.viewer.widget import RELAY, Views, cell_page
 from support.chromium import Tab, chromium
-from support.patience import PATIENCE
+from support.patience import PATIENCE, until
 
 pytestmark = pytest.mark.proof
 
@@ -32,6 +32,8 @@ POLICY = (
     f"img-src {SOURCE} https: http: data:; font-src {SOURCE} https:; connect-src https:; child-src https: data:;"
 )
 """That of `notebook.experimental.enableCsp`, which is off by default: there is none then."""
+
+STILL = "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>"
 
 TOP = """<!DOCTYPE html><meta charset="utf-8"><link rel="icon" href="data:,"><title>workbench</title>
 <style>html, body, iframe { margin: 0; border: 0; width: 100%; height: 100%; display: block }</style>
@@ -73,7 +75,7 @@ CELLS = """<!DOCTYPE html><html lang="en"><head><meta charset="UTF-8">
 <body><div id="output"></div><script>
   const heard = [];
   const model = {
-    get: (name) => ({ page: PAGE, height: 560 })[name],
+    get: (name) => ({ page: PAGE, height: 560, still: "STILL" })[name],
     send: (content) => parent.postMessage(content, "*"),
     on: (kind, told) => heard.push(told),
     off: () => {},
@@ -99,7 +101,9 @@ def write_frames(folder: Path, policy: str) -> None:
         load = RELAY.replace("export default", "const widget =")
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else ""
     cells = CELLS.replace("LOAD", load + " widget.render({ model, el: document.getElementById('output') });")
-    cells = cells.replace("POLICY", meta).replace("PAGE", script_text(cell_page("spot")))
+    cells = (
+        cells.replace("POLICY", meta).replace("STILL", STILL).replace("PAGE", script_text(cell_page("spot")))
+    )
     (folder / "index.html").write_text(TOP)
     (folder / "fake.html").write_text("<!DOCTYPE html><title>fake</title>")
     webview = WEBVIEW.replace("SANDBOX", SANDBOX).replace("ALLOW", ALLOW)
@@ -149,6 +153,14 @@ def address(tmp_path: Path) -> Iterator[str]:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_address[1]}/index.html"
         server.shutdown()
+
+
+def in_the_notebook(script: str) -> str:
+    """A script as one that is asked in the frame that has the cells."""
+    frames = (
+        "document.getElementById('webview').contentDocument.getElementById('active-frame').contentDocument"
+    )
+    return f"((document) => {script})({frames})"
 
 
 def in_the_cell(tab: Tab, script: str) -> Any:
@@ -204,4 +216,29 @@ def test_the_widget_works_in_the_frames_of_vs_code(
     finally:
         shot = browser.call("Page.captureScreenshot")["data"]
         (tmp_path / "cell.png").write_bytes(base64.b64decode(shot))
+        kernel.views.close()
+
+
+def test_a_cell_without_a_kernel_shows_the_picture_and_one_that_lost_it_says_so(
+    browser: Tab, address: str, small_world: raycam.World, tmp_path: Path
+) -> None:
+    write_frames(tmp_path / "pages", "")
+    browser.call("Page.navigate", url=address)
+    browser.wait("Boolean(window.tell)")
+    display = "['iframe', 'figure'].map((name) => document.querySelector(name).style.display).join()"
+    browser.wait(in_the_notebook(f"{display} === 'none,block' && document.querySelector('img').naturalWidth"))
+    kernel = Kernel(browser, small_world)
+    try:  # a kernel that was busy
+        kernel.pump(lambda: kernel.pictures >= 2 and "ack" in kernel.kinds)
+        assert browser.evaluate(in_the_notebook(display)) == "block,none"
+        kernel.pump(lambda: in_the_cell(browser, "document.getElementById('status-picture').textContent"))
+        browser.mouse("mouseMoved", 200, 200)  # a probe that nobody answers
+        message = "document.getElementById('message')"
+        until(
+            lambda: in_the_cell(
+                browser, f"!{message}.hidden && {message}.textContent.includes('does not answer')"
+            ),
+            "the silence was not told",
+        )
+    finally:
         kernel.views.close()

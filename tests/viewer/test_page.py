@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,7 +15,8 @@ import pytest
 import raycam
 from raycam.viewer import page as pages
 from raycam.viewer.page import Page, page
-from raycam.viewer.wire import unpack
+from raycam.viewer.saved_frames import load_frame
+from raycam.viewer.wire import data_url, unpack
 
 EVIL = "</script><img src=x onerror=alert(1)><!--"
 
@@ -72,8 +74,8 @@ def document(text: str) -> dict:
 def planes(text: str) -> dict[str, np.ndarray]:
     elements = Elements(text)
     return {
-        header["key"]: unpack(header, base64.b64decode(elements.text("script", id=f"plane-{header['key']}")))
-        for header in document(text)["planes"]
+        header["key"]: unpack(header, base64.b64decode(elements.text("script", id=f"plane-{number}")))
+        for number, header in enumerate(document(text)["planes"])
     }
 
 
@@ -160,6 +162,16 @@ def test_explanations_have_text_and_figure(frame: raycam.Frame, world: raycam.Wo
         ({"arrays": {"my flow": np.zeros((32, 48), np.float32)}}, "letters, digits"),
         ({"arrays": {"flow": np.zeros((48, 32), np.float32)}}, "shape"),
         ({"arrays": {"flow": np.zeros((32, 48), np.int64)}}, "int64"),
+        ({"arrays": {"flow": "a"}}, "arrays['flow'] must be numbers"),
+        ({"arrays": {5: np.zeros((32, 48), np.float32)}}, "letters, digits"),
+        ({"arrays": [1]}, "arrays by name"),
+        ({"compare": "other.npz"}, "compare must be a raycam.Frame, not str"),
+        ({"world": 5}, "world must be a raycam.World or the path of a world file, not int"),
+        ({"title": 5}, "title must be a text"),
+        ({"half": "yes"}, "half must be True or False"),
+        ({"live": "yes"}, "live must be True or False"),
+        ({"channel": "dept"}, "did you mean 'depth'"),
+        ({"explain": 5}, "explain must be several pixels"),
     ],
 )
 def test_parts_that_do_not_fit_are_refused(frame: raycam.Frame, options: dict, told: str) -> None:
@@ -175,6 +187,43 @@ def test_frames_that_cannot_be_compared_are_refused(
     depth, color = (raycam.render(world, camera, samples=1, channels=name) for name in ("depth", "color"))
     with pytest.raises(raycam.SettingsError, match="nothing to compare"):
         page(depth, compare=color)
+
+
+def test_what_is_not_beside_the_frame_is_told(
+    world: raycam.World, camera: raycam.Camera, frame: raycam.Frame
+) -> None:
+    part, other = (
+        raycam.render(world, camera, samples=1, region=(x, 0, 8, 8), channels=channels)
+        for x, channels in ((0, ["color"]), (4, ["color", "depth"]))
+    )
+    with pytest.warns(raycam.Notice, match="other places") as told:
+        text = page(part, compare=other)
+    assert any("its depth left out" in str(each.message) for each in told)
+    assert document(text)["notices"][-2:] == [str(each.message) for each in told]
+    with pytest.warns(raycam.Notice, match="no objects with the ids 0, 1 of this frame"):
+        page(frame, world=raycam.World())
+
+
+def test_names_of_files_from_strangers_are_text(tmp_path: Path) -> None:
+    depth = np.zeros((2, 3), np.float32)
+    for number, name in enumerate(('x"></script><img src=a>', "a&amp;b", "a b")):
+        path = tmp_path / f"{number}.exr"
+        path.write_bytes(raycam._core.encode_exr([(name, depth)], False, None, []))
+        text = page(load_frame(path), title=os.fsdecode(b"\xff.exr"))
+        assert list(planes(text)) == [f"a-{name}.V"]
+        assert not [tag for tag, has, _ in Elements(text).found if tag == "img" and "src" in has]
+        assert text.encode()
+        assert Elements(text).text("title") == "?.exr"
+
+
+def test_the_channel_shown_first_is_chosen(frame: raycam.Frame) -> None:
+    assert document(page(frame))["channel"] == "color"
+    assert document(page(frame, channel="depth"))["channel"] == "depth"
+
+
+def test_lists_are_planes_too(frame: raycam.Frame) -> None:
+    made = planes(page(frame, arrays={"flow": np.full((32, 48, 2), 0.5).tolist()}))["a-flow"]
+    assert (made.dtype, made.shape, made.min()) == (np.float64, (32, 48, 2), 0.5)
 
 
 def test_explained_pixels_lie_in_the_region(world: raycam.World, camera: raycam.Camera) -> None:
@@ -216,5 +265,8 @@ def test_show_fills_the_cell_of_a_notebook(frame: raycam.Frame, monkeypatch: pyt
     monkeypatch.setitem(pages.sys.modules, "IPython.display", Display)
     assert frame.show() is None
     (shown,) = Display.shown
-    tag, has, _ = Elements(shown._repr_html_()).found[0]
-    assert (tag, has["sandbox"], has["srcdoc"]) == ("iframe", "allow-scripts allow-downloads", str(shown))
+    elements = {tag: has for tag, has, _ in Elements(shown._repr_html_()).found}
+    assert elements["iframe"]["sandbox"] == "allow-scripts allow-downloads"
+    assert elements["iframe"]["srcdoc"] == str(shown)
+    # What a notebook shows that is not trusted, and leaves out the frame.
+    assert elements["img"]["src"] == data_url("image/jpeg", frame.to_jpeg())

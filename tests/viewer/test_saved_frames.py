@@ -254,9 +254,33 @@ def test_the_command_makes_the_page_of_saved_frames(
         frame.save(path)
     assert main(["view", *map(str, paths), "--no-browser"]) == 0
     made = Path(capsys.readouterr().out.strip())
-    planes = set(re.findall(r'id="plane-([\w-]+)"', made.read_text(encoding="utf-8")))
+    planes = set(re.findall(r'"key": "([\w-]+)"', made.read_text(encoding="utf-8")))
     made.unlink()
     assert planes == {f"{side}-{name}" for side in "ab"[: len(paths)] for name in frame}
+
+
+def test_the_command_shows_a_frame_as_asked_or_refuses(
+    small_world: raycam.World, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.npz"
+    raycam.render(small_world, samples=1, channels=["color", "depth"]).save(path)
+    shown = ["--channel", "depth", "--exposure", "1.5", "--view", "agx"]
+    assert main(["view", str(path), "--no-browser", *shown]) == 0
+    made = Path(capsys.readouterr().out.strip())
+    text = made.read_text(encoding="utf-8")
+    made.unlink()
+    assert '"channel": "depth"' in text
+    assert '"exposure": 1.5, "view": "agx"' in text
+    assert main(["view", str(path), "--no-browser", "--at", "1", "--variant", "red", "--no-edit"]) != 0
+    assert "--at, --variant, --no-edit: for worlds" in capsys.readouterr().err
+
+
+def test_a_frame_has_no_options_of_worlds(small_world: raycam.World) -> None:
+    frame = raycam.render(small_world, samples=1, channels=["color"])
+    with pytest.raises(raycam.SettingsError, match="size is for worlds"):
+        raycam.view(frame, size=(64, 48))
+    with pytest.raises(raycam.SettingsError, match="world must be a raycam"):
+        raycam.view(None)
 
 
 def test_the_command_says_what_it_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import queue
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ import raycam
 from raycam.viewer.server import MOST_SESSIONS
 from raycam.viewer.session import Session
 from raycam.viewer.widget import Views, cell_page, make_widget
+from raycam.viewer.wire import data_url
 from support.patience import PATIENCE
 
 HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
@@ -109,3 +111,22 @@ def test_the_widget_passes_messages_on(small_world: raycam.World) -> None:
         assert widget.page == cell_page("small")
     finally:
         widget.close()
+
+
+@pytest.mark.parametrize(("size", "first"), [((48, 32), (480, 320)), ((1, 2000), (1, 480))])
+def test_a_cell_carries_a_picture_for_those_who_read_without_a_kernel(
+    small_world: raycam.World, size: tuple[int, int], first: tuple[int, int]
+) -> None:
+    pytest.importorskip("anywidget")
+    camera = small_world.camera("front").resized(size)
+    with raycam.view(small_world, camera, cell=True) as viewer:
+        data = viewer._repr_mimebundle_()
+        data = data[0] if isinstance(data, tuple) else data
+        assert data["text/plain"] == "Viewer in a cell"
+        assert "application/vnd.jupyter.widget-view+json" in data
+        picture = base64.b64decode(data["image/jpeg"])
+        assert viewer._widget.still == data_url("image/jpeg", picture)
+        shown = raycam.render(
+            small_world, camera.resized(first), samples=4, channels="color", integrator="direct"
+        )
+        assert picture == shown.to_jpeg()

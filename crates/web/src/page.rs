@@ -106,6 +106,7 @@ impl World {
             "bounds": bounds,
             "triangles": world.stats().object_triangles,
             "lights": world.lights.len(),
+            "moves": world.time.is_some() && world.is_animated(),
             "notices": world.notices,
             "render": world.render,
         })
@@ -122,6 +123,15 @@ impl World {
             None => self.world.default_camera([width, height]),
         };
         found.map(|inner| Camera { inner }).map_err(failure)
+    }
+
+    /// The world in the middle of the exposure of the line at pixel coordinates.
+    ///
+    /// # Errors
+    /// The errors of `raycam_scene::World::at_line`.
+    #[wasm_bindgen(js_name = atLine)]
+    pub fn at_line(&self, camera: &Camera, u: f64, v: f64) -> Result<World, String> {
+        self.world.at_line(&camera.inner, DVec2::new(u, v)).map(Self::from_scene).map_err(failure)
     }
 
     /// Corners of all visible triangles, nine numbers each, in the order of object and triangle.
@@ -264,14 +274,9 @@ impl Camera {
         let [old_width, old_height] = self.inner.size().map(f64::from);
         let (x, y) = (f64::from(width) / old_width, f64::from(height) / old_height);
         let corner = self.inner.pixel_center().offset() - 0.5;
-        let k = self.inner.k();
-        let move_edge = |at: f64, scale: f64| scale * at + (1.0 - scale) * corner;
-        let scaled = DMat3::from_cols(
-            DVec3::new(x * k.x_axis.x, 0.0, 0.0),
-            DVec3::new(x * k.y_axis.x, y * k.y_axis.y, 0.0),
-            DVec3::new(move_edge(k.z_axis.x, x), move_edge(k.z_axis.y, y), 1.0),
-        );
-        self.inner.with_intrinsics(scaled, [width, height]).map(|inner| Camera { inner }).map_err(failure)
+        let moved = DVec3::new((1.0 - x) * corner, (1.0 - y) * corner, 1.0);
+        let k = DMat3::from_cols(x * DVec3::X, y * DVec3::Y, moved) * self.inner.k();
+        self.inner.with_intrinsics(k, [width, height]).map(|inner| Camera { inner }).map_err(failure)
     }
 }
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
+SHOWN = ("channel", "exposure", "view")
+"""The options of a page of frames."""
+
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("world", metavar="WORLD|FRAME", help="a world, or a frame saved as .npz or .exr")
@@ -89,9 +92,26 @@ def _show_frames(options: argparse.Namespace) -> None:
     from ..viewer.saved_frames import load_frame
 
     frame = load_frame(options.world)
+    _refuse_others(options)
     more: dict[str, Any] = {} if options.compare is None else {"compare": load_frame(options.compare)}
-    path = write_page(page(frame, title=Path(options.world).name, **more), browser=not options.no_browser)
-    print(path)
+    shown = {name: getattr(options, name) for name in SHOWN}
+    made = page(frame, title=Path(options.world).name, **shown, **more)
+    print(write_page(made, browser=not options.no_browser))
+
+
+def _refuse_others(options: argparse.Namespace) -> None:
+    """Refuses options of worlds, which a saved frame does not have."""
+    command = argparse.ArgumentParser(add_help=False)
+    _add(command)
+    defaults = vars(command.parse_args([options.world, *filter(None, [options.compare])]))
+    given = [name for name, value in defaults.items() if getattr(options, name) != value]
+    others = [name for name in given if name not in (*SHOWN, "no_browser")]
+    if others:
+        named = ", ".join(f"--{name.removeprefix('first_').replace('_', '-')}" for name in others)
+        shown = ", ".join(f"--{name}" for name in SHOWN)
+        raise SettingsError(
+            f"{named}: for worlds, and {options.world} is a saved frame; its page takes {shown} and --no-browser"
+        )
 
 
 def _view_world(options: argparse.Namespace) -> None:

@@ -37,11 +37,13 @@ class Svg:
     parts: list[str] = field(default_factory=list)
 
     def text_of(self) -> str:
-        """The SVG file as text."""
+        """The SVG file as text; cells of notebooks that are narrower shrink it."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
             f'width="{_n(self.width)}" height="{_n(self.height)}" '
-            f'viewBox="0 0 {_n(self.width)} {_n(self.height)}">\n' + "\n".join(self.parts) + "\n</svg>\n"
+            f'viewBox="0 0 {_n(self.width)} {_n(self.height)}" style="max-width: 100%; height: auto">\n'
+            + "\n".join(self.parts)
+            + "\n</svg>\n"
         )
 
     def rectangle(

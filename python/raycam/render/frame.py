@@ -218,7 +218,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
         Options, of `save` to an .html file as well: `world` names objects and categories; `explain` are pixels
         (column, row) whose explanation is included; `compare` is a second frame; `arrays` are more planes by name,
-        [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view`, `title`.
+        [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view` and
+        `channel` are shown first; `title`.
         `live=True` puts the `world` and raycam itself into the page, which then renders: orbit, channels, explanations.
         Returns the path of the page where it was opened in a browser.
         """
@@ -399,7 +400,7 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
     ".npz": (Frame._npz, set()),
     ".html": (
         Frame._html,
-        {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title", "live"},
+        {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title", "live", "channel"},
     ),
 }
 

@@ -7,7 +7,7 @@ import html
 import os
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import flag, numbers, one_of, several, word
+from ..camera.asked import world_of
 from ..errors import SettingsError
+from ..notices import warn_all
+from ..render.frame import CHANNELS, VIEWS
 from .web.document import assembled, json_text
-from .wire import DTYPES, pack
+from .wire import DTYPES, data_url, pack
 
 if TYPE_CHECKING:
     from ..render.frame import Frame
@@ -28,6 +32,7 @@ __all__ = ["Page", "page", "show", "write_page"]
 NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
 MOST_COMPONENTS = 4
 HALF = ("color", "albedo")  # what `half` rounds
+MOST_TOLD = 5  # ids in a notice
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -35,12 +40,21 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 class Page(str):
     """The text of a page, which notebooks show in a frame of its own."""
 
+    picture: bytes = b""
+    """The picture that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
+
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
+        size = f"width: 100%; height: {NOTEBOOK_HEIGHT}px"
+        shown = (
+            f'<img src="{data_url("image/jpeg", self.picture)}" alt="the frame" ' if self.picture else "<p "
+        )
         return (
+            f'<div style="position: relative; overflow: hidden; {size}">'
+            f'{shown}style="max-width: 100%">'
             f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts allow-downloads" '
             'allow="clipboard-write" title="raycam frame" '
-            f'style="width: 100%; height: {NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
+            f'style="position: absolute; left: 0; top: 0; {size}; border: 0"></iframe></div>'
         )
 
     def __repr__(self) -> str:
@@ -52,7 +66,7 @@ def page(
     frame: Frame,
     *,
     world: World | None = None,
-    explain: Iterable[tuple[int, int]] = (),
+    explain: Iterable[tuple[int, int]] | None = None,
     compare: Frame | None = None,
     arrays: Arrays | None = None,
     half: bool = False,
@@ -60,42 +74,48 @@ def page(
     view: str | None = None,
     title: str | None = None,
     live: bool = False,
+    channel: str | None = None,
 ) -> Page:
     """The frame as one HTML text: see `Frame.save`. Raises `SettingsError` where the parts do not fit."""
-    if live:
+    world = None if world is None else world_of(world)
+    title = None if title is None else word("title", title)
+    pixels = several("explain", () if explain is None else explain, "pixels (column, row)")
+    if flag("live", live):
         from .web.live_page import live_page
 
-        unused = {"explain": tuple(explain), "compare": compare, "arrays": arrays, "half": half}
-        return Page(live_page(frame, world, unused, exposure=exposure, view=view, title=title))
-    from ..arguments import one_of
+        unused = {"explain": tuple(pixels), "compare": compare, "arrays": arrays, "half": half}
+        return Page(
+            live_page(frame, world, unused, exposure=exposure, view=view, title=title, channel=channel)
+        )
     from ..render import _stops
-    from ..render.frame import VIEWS
 
-    more = dict(arrays or {})
-    _check_arrays(frame, more)
+    more = _arrays(frame, {} if arrays is None else arrays)
     _check_same(frame, compare)
     x, y, width, height = frame.region
     planes = {f"a-{name}": array for name, array in {**frame, **more}.items()}
     if compare is not None:
         planes |= {f"b-{name}": array for name, array in compare.items() if name in frame}
-    packed = _packed(planes, half)
+    packed = _packed(planes, flag("half", half))
     notices = list(frame.notices)
     if half:
         notices.append(
             f"{' and '.join(name for name in HALF if name in frame)}: rounded to float16 in this page"
         )
+    doubts = [*_unlike(frame, compare), *_unnamed(frame, world)]
+    warn_all(doubts)
     first = sorted([*frame, *more], key=lambda name: name != "color")
     document = {
         "title": title or f"raycam {width} x {height}",
         "channels": [{"name": name} for name in first],
+        "channel": first[0] if channel is None else one_of("channel", channel, first),
         "planes": [{**header, "key": key} for key, (header, _) in packed.items()],
         "names": _names(world),
         "origin": [x, y],
         "exposure": _stops(frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
-        "notices": notices,
-        "explanations": _explanations(frame, world, explain),
+        "notices": [*notices, *doubts],
+        "explanations": _explanations(frame, world, pixels),
     }
     return Page(_document(document, {key: data for key, (_, data) in packed.items()}))
 
@@ -105,13 +125,24 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
     made = page(frame, **options)
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
-    if shell is not None and hasattr(shell, "kernel"):
+    marimo = sys.modules.get("marimo")
+    is_in_cell = shell is not None and hasattr(shell, "kernel")
+    is_in_marimo = marimo is not None and marimo.running_in_notebook()
+    if is_in_cell or is_in_marimo:
+        made.picture = _picture(frame, options.get("channel"), options.get("exposure"), options.get("view"))
+    if is_in_cell:
         sys.modules["IPython.display"].display(made)
         return None
-    marimo = sys.modules.get("marimo")
-    if marimo is not None and marimo.running_in_notebook():
-        return made
-    return write_page(made)
+    return made if is_in_marimo else write_page(made)
+
+
+def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
+    """The picture that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
+    shown = channel or ("color" if "color" in frame else next(iter(frame)))
+    known = shown in CHANNELS and frame[shown].shape[2:] == (
+        (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
+    )
+    return frame.to_jpeg(exposure, view, shown) if known else b""
 
 
 def write_page(made: Page, *, browser: bool = True) -> Path:
@@ -126,14 +157,18 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
     return Path(name)
 
 
-def _check_arrays(frame: Frame, arrays: dict[str, npt.NDArray[Any]]) -> None:
-    """Refuses arrays that are no planes of this picture."""
+def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
+    """The arrays that are planes of this picture, by name. Raises `SettingsError` for others."""
     _, _, width, height = frame.region
-    for name, array in arrays.items():
+    if not isinstance(given, Mapping):
+        raise SettingsError(f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}")
+    arrays = {}
+    for name, value in given.items():
         if name in frame:
             raise SettingsError(f"arrays[{name!r}]: the frame has a channel of this name")
-        if not name.isidentifier():
+        if not (isinstance(name, str) and name.isidentifier()):
             raise SettingsError(f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'")
+        array = arrays[name] = numbers(f"arrays[{name!r}]", value)
         fits = array.shape[:2] == (height, width) and (
             array.ndim == 2 or (array.ndim == 3 and 1 <= array.shape[2] <= MOST_COMPONENTS)
         )
@@ -144,12 +179,15 @@ def _check_arrays(frame: Frame, arrays: dict[str, npt.NDArray[Any]]) -> None:
             )
         if array.dtype.name not in DTYPES:
             raise SettingsError(f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}")
+    return arrays
 
 
 def _check_same(frame: Frame, other: Frame | None) -> None:
-    """Refuses a second frame that has other pixels or no channel in common."""
+    """Refuses what is no second frame, one that has other pixels, and one that has no channel in common."""
     if other is None:
         return
+    if not isinstance(other, type(frame)):
+        raise SettingsError(f"compare must be a raycam.Frame, not {type(other).__name__}")
     if other.region[2:] != frame.region[2:]:
         (_, _, width, height), (_, _, other_width, other_height) = frame.region, other.region
         raise SettingsError(
@@ -159,6 +197,32 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
         raise SettingsError(
             f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare"
         )
+
+
+def _unlike(frame: Frame, other: Frame | None) -> Iterator[str]:
+    """Yields what of a second frame is not beside this one."""
+    if other is None:
+        return
+    if other.region[:2] != frame.region[:2]:
+        yield (
+            f"compare begins at the pixel {other.region[:2]} of its picture, this frame at {frame.region[:2]}: pixels "
+            "of other places are compared"
+        )
+    alone = [name for name in other if name not in frame]
+    if alone:
+        yield f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+
+
+def _unnamed(frame: Frame, world: World | None) -> Iterator[str]:
+    """Yields the ids of objects that the world does not have: the frame is of another world."""
+    if world is None or "instance" not in frame or frame["instance"].ndim != 2:
+        return
+    ids = np.unique(frame["instance"])
+    strange = ids[(ids >= 0) & ~np.isin(ids, [each.id for each in world.objects])]
+    if len(strange):
+        more = ", ..." if len(strange) > MOST_TOLD else ""
+        told = ", ".join(map(str, strange[:MOST_TOLD].tolist()))
+        yield f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
 
 
 def _packed(planes: Arrays, half: bool) -> dict[str, tuple[dict[str, Any], bytes]]:
@@ -188,11 +252,10 @@ def _about(frame: Frame) -> str:
 
 
 def _explanations(
-    frame: Frame, world: World | None, pixels: Iterable[tuple[int, int]]
+    frame: Frame, world: World | None, pixels: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
     """Text and figure of each pixel, its place counted from the region's corner."""
-    wanted = list(pixels)
-    if not wanted:
+    if not pixels:
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
@@ -203,7 +266,7 @@ def _explanations(
 
     x, y, width, height = frame.region
     made = []
-    for pixel in wanted:
+    for pixel in pixels:
         explanation = explain(world, frame.camera, pixel)
         column, row = explanation.pixel[0] - x, explanation.pixel[1] - y
         if not (0 <= column < width and 0 <= row < height):
@@ -215,7 +278,7 @@ def _explanations(
 def _document(document: dict[str, Any], planes: Mapping[str, bytes]) -> str:
     """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
     blocks = [f'<script type="application/json" id="document">{json_text(document)}</script>']
-    for key, data in planes.items():
+    for number, data in enumerate(planes.values()):  # names come from files of strangers
         text = base64.b64encode(data).decode()
-        blocks.append(f'<script type="text/plain" id="plane-{key}">{text}</script>')
+        blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')
     return assembled(str(document["title"]), blocks)

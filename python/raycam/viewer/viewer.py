@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import sys
 import threading
@@ -14,7 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera
+from ..camera.asked import world_of
 from ..errors import SettingsError
+from ..notices import collected
+from ..render import render
 from ..render.frame import Frame
 from ..world import World
 from .saved_frames import is_frame, load_frame
@@ -22,6 +26,7 @@ from .scene.edits import Edits
 from .server import Server
 from .session import DEFAULT_SAMPLES, Session
 from .stills import truth
+from .wire import data_url
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -30,6 +35,8 @@ __all__ = ["Viewer", "open_browser", "view"]
 
 QUEUED_PICKS = 16
 """Clicked pixels that wait for the listeners at most; others are lost."""
+FIRST_SIDE = 480
+"""Pixels of the picture for those who read a notebook without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -190,10 +197,29 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell; of a view with a server, its address."""
-        if self._server is None:
-            return self._widget._repr_mimebundle_(**options)
-        return {"text/plain": repr(self)}
+        """The widget at the end of a cell, and a picture for those who read without a kernel; else the address."""
+        if self._server is not None:
+            return {"text/plain": repr(self)}
+        picture = (self.frame() or self._first_picture()).to_jpeg()
+        self._widget.still = data_url("image/jpeg", picture)
+        shown = self._widget._repr_mimebundle_(**options)
+        data, *more = shown if isinstance(shown, tuple) else (shown,)
+        data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
+        return (data, *more) if more else data
+
+    def _first_picture(self) -> Frame:
+        """The picture of the camera, the longer side of `FIRST_SIDE` pixels."""
+        scale = FIRST_SIDE / max(self._camera.size)
+        width, height = (max(1, round(side * scale)) for side in self._camera.size)
+        quick: dict[str, Any] = {"integrator": "direct", "samples": 4, "ambient_occlusion": False}
+        with collected():
+            return render(
+                self.world,
+                self._camera.resized((width, height)),
+                channels="color",
+                threads=self._options["threads"],
+                **quick,
+            )
 
 
 def view(
@@ -224,16 +250,17 @@ def view(
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
     """
+    if isinstance(what, str | os.PathLike) and is_frame(what):
+        options = {"title": Path(what).name, **options}
+        what = load_frame(what)
     if isinstance(what, Frame):
+        of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
+        for name in (name for name, value in of_worlds.items() if value is not None):
+            raise SettingsError(f"{name} is for worlds, and this is a frame: see Frame.show for its options")
         return what.show(**options)
-    if not isinstance(what, World) and is_frame(what):
-        return load_frame(what).show(**{"title": Path(what).name, **options})
-    if not isinstance(what, World):
-        from ..world.load import load
-
-        options.setdefault("title", Path(what).name)
-        options.setdefault("source", what)
-        what = load(what)
+    if isinstance(what, str | os.PathLike):
+        options = {"title": Path(what).name, "source": what, **options}
+    what = world_of(what)
     if size is not None:
         camera = (what.default_camera() if camera is None else camera).resized(size_of(size))
         options["size"] = size_of(size)

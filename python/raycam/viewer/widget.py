@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import html
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,13 +17,15 @@ from .messages import BadMessage, message_of
 from .scheduler import Scheduler
 from .server import MOST_SESSIONS
 from .session import Session
-from .web.document import filled
+from .web.document import filled, title_text
 
 __all__ = ["RELAY", "Views", "cell_page", "make_widget"]
 
 Say = Callable[[dict[str, Any], Sequence[bytes]], None]
 
-RELAY = """
+RELAY = r"""
+const PATIENCE = 5000; // ms that an answer may take
+
 export default {
   render({ model, el }) {
     const view = Math.random().toString(36).slice(2);
@@ -35,11 +36,33 @@ export default {
     const size = `display: block; box-sizing: border-box; width: 100%; height: ${model.get("height")}px;`;
     frame.style.cssText = `${size} border: 1px solid #8888; border-radius: 6px`;
     frame.srcdoc = model.get("page");
+    const last = document.createElement("figure");
+    last.style.cssText = "display: none; margin: 0";
+    const image = document.createElement("img");
+    [image.src, image.alt] = [model.get("still"), "the view when the cell was run"];
+    image.style.cssText = "max-width: 100%";
+    last.append(image, document.createElement("figcaption"));
+    last.lastChild.textContent = "No kernel answers: this is the view when the cell was run. Run it anew to move.";
+    const show = (isLive) => {
+      [frame.style.display, last.style.display] = isLive ? ["block", "none"] : ["none", "block"];
+    };
+    let [waits, answered] = [0, false];
+    const silent = () => {
+      waits = 0;
+      const text = "The kernel does not answer: it is busy, or has ended. If it has, run the cell anew.";
+      if (answered) frame.contentWindow?.postMessage({ message: { type: "notice", text }, buffers: [] }, "*");
+      else if (model.get("still")) show(false);
+    };
     const heard = ({ source, data }) => {
-      if (source === frame.contentWindow && typeof data === "string") model.send({ view, said: data });
+      if (source !== frame.contentWindow || typeof data !== "string") return;
+      if (!waits && /^\{"type":"(hello|probe)"/.test(data)) waits = setTimeout(silent, PATIENCE);
+      model.send({ view, said: data });
     };
     const told = (content, buffers) => {
       if (content.view !== view) return;
+      clearTimeout(waits);
+      if (!answered) show(true);
+      [waits, answered] = [0, true];
       const copies = (buffers || []).map((each) => {
         const isView = ArrayBuffer.isView(each);
         return (isView ? new Uint8Array(each.buffer, each.byteOffset, each.byteLength) : new Uint8Array(each)).slice();
@@ -48,8 +71,9 @@ export default {
     };
     addEventListener("message", heard);
     model.on("msg:custom", told);
-    el.append(frame);
+    el.append(frame, last);
     return () => {
+      clearTimeout(waits);
       removeEventListener("message", heard);
       model.off("msg:custom", told);
       model.send({ view, said: null });
@@ -73,7 +97,7 @@ def cell_page(title: str) -> str:
     return filled(
         {
             "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            "title": html.escape(title),
+            "title": title_text(title),
             "style": f"<style>{style}</style>",
             "data": '<meta id="in-a-cell">',
             "script": f"<script>{script}</script>",
@@ -146,7 +170,10 @@ class Views:
 
 
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
-    """The widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget."""
+    """The widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
+
+    Its `still`, the address of a picture as text, is shown where no kernel answers: in notebooks that are only read.
+    """
     import anywidget
     import traitlets
 
@@ -156,6 +183,7 @@ def make_widget(make_session: Callable[[], Session], title: str, height: int) ->
         _esm = RELAY
         page = traitlets.Unicode().tag(sync=True)
         height = traitlets.Int().tag(sync=True)
+        still = traitlets.Unicode().tag(sync=True)
 
         def __init__(self) -> None:
             super().__init__(page=cell_page(title), height=height)

@@ -7,13 +7,14 @@ differences of those from the row above; both wrap around, so every bit of every
 
 from __future__ import annotations
 
+import base64
 import zlib
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["DTYPES", "FILTERS", "pack", "unpack"]
+__all__ = ["DTYPES", "FILTERS", "data_url", "pack", "unpack"]
 
 FILTERS = ("plain", "apart", "left", "left_up")
 DTYPES = ("float16", "float32", "float64", "int32")
@@ -22,15 +23,15 @@ DTYPES = ("float16", "float32", "float64", "int32")
 BEST = {
     "color": "plain",
     "albedo": "plain",
-    "depth": "apart",
-    "distance": "plain",
+    "depth": "left",
+    "distance": "left_up",
     "normal": "plain",
     "normal_camera": "plain",
     "shading_normal": "left_up",
     "shading_normal_camera": "left_up",
     "instance": "apart",
     "category": "apart",
-    "triangle": "plain",
+    "triangle": "apart",
     "material": "apart",
     "coverage": "apart",
     "alpha": "apart",
@@ -38,6 +39,11 @@ BEST = {
 }
 
 Array = npt.NDArray[Any]
+
+
+def data_url(media: str, data: bytes) -> str:
+    """The bytes as an address that holds them."""
+    return f"data:{media};base64,{base64.b64encode(data).decode()}"
 
 
 def pack(

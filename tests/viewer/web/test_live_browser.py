@@ -9,6 +9,7 @@ import pytest
 import raycam
 from support.chromium import chromium
 from support.node_core import needs_core
+from support.viewer_page import place_of, text_of
 
 pytestmark = [pytest.mark.proof, needs_core]
 
@@ -45,3 +46,37 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         assert tab.evaluate("document.getElementById('explained-figure').hidden")
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
+
+
+def test_what_moves_before_a_rolling_shutter_is_explained_as_raycam_does(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box")
+    world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5], name="floor")
+    world.add_light("sun", direction=[-1, 1, -2], irradiance=3)
+    keys = [
+        {"time": t, "object": "box", "location": [x, 0, 0], "yaw": a} for t, x, a in ((0, -1, 0), (1, 2, 120))
+    ]
+    world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+    moment = world.at(0.5)
+    eye = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(96, 72), fov=50)
+    camera = eye.moving(eye.at_pose(eye.R, [3.8, -3.1, 2.1]), exposure=0.02, readout=0.6)
+    raycam.render(moment, camera, samples=1).save(
+        tmp_path / "live.html", world=moment, live=True, channel="depth"
+    )
+    with chromium(tmp_path / "browser") as tab:
+        tab.show(1280, 800)
+        tab.open((tmp_path / "live.html").as_uri())
+        assert tab.evaluate("document.getElementById('channel').value") == "depth"
+        size = (640, 480)
+        for pixel in ((300, 150), (340, 240), (330, 290)):
+            tab.click(*place_of(tab, *pixel, size))
+            tab.wait(
+                f"document.getElementById('pixel-place').textContent === 'column {pixel[0]}, row {pixel[1]} (held)'"
+            )
+            tab.press("Enter")
+            tab.wait("document.getElementById('explained').open")
+            told = text_of(tab, "explained-text")
+            assert told == str(raycam.explain(moment, camera.resized(size), pixel))
+            assert told != str(raycam.explain(moment, camera.resized(size).still(), pixel))
+            tab.evaluate("document.getElementById('explained').close()")
+        assert tab.said == []

@@ -114,6 +114,7 @@ def test_a_pixel_outside_of_the_image_of_a_lens_says_so(small_world: raycam.Worl
 def test_numbers_are_as_c_prints_them() -> None:
     random = np.random.default_rng(2)
     values = [0.0, 1.0, -2.5, 1e-5, 123456.0, 1234567.0, 999999.5, 0.1, 1 / 3, 1e300, -1e-300]
+    values += [1.015625, -1.015625, 1.046875, 12345.25, 123456.5, 123457.5, 5e-324]  # between two decimals
     values += (random.standard_normal(500) * 10.0 ** random.integers(-12, 12, 500)).tolist()
     found = run(f"return {json.dumps(values)}.map(general);")
     assert found == [f"{value + 0.0:.6g}" for value in values]

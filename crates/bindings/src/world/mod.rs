@@ -198,9 +198,7 @@ impl World {
 
     /// The world at the middle of the exposure of a pixel's line; as it is, if it is at no time.
     fn at_line(&self, camera: &Camera, pixel: [f64; 2]) -> PyResult<Self> {
-        let since = camera.inner.shutter_offset(pixel.into(), 0.5);
-        let later = |clock: WorldTime| WorldTime { time: clock.time + since, ..clock };
-        self.derive(|world| world.time.map_or_else(|| Ok(world.clone()), |clock| world.at_time(later(clock))))
+        self.derive(|world| world.at_line(&camera.inner, pixel.into()))
     }
 
     /// (name, seconds) of each animation.

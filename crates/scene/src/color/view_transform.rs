@@ -76,7 +76,7 @@ fn agx(rgb: Vec3) -> Vec3 {
 fn pbr_neutral(rgb: Vec3) -> Vec3 {
     const START: f32 = 0.8 - 0.04;
     const DESATURATION: f32 = 0.15;
-    let rgb = rgb.max(Vec3::ZERO);
+    let rgb = rgb.max(Vec3::ZERO).min(Vec3::MAX);
     let least = rgb.min_element();
     // Fresnel reflection of a dielectric under white light, which renders add to the base colour.
     let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec2};
 
 use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
 use crate::animation::{NodeTree, flattened};
+use crate::camera::Camera;
 use crate::error::{Result, SceneError, suggestion};
 use crate::math::rotation;
 use crate::up::Up;
@@ -27,6 +28,15 @@ impl World {
         Ok(World { time: Some(clock), ..moved })
     }
 
+    /// The world in the middle of the exposure of the line of a pixel; as it is, if it is at no time.
+    ///
+    /// # Errors
+    /// The errors of [`World::at_time`].
+    pub fn at_line(&self, camera: &Camera, pixel: DVec2) -> Result<World> {
+        let Some(clock) = self.time else { return Ok(self.clone()) };
+        self.at_time(WorldTime { time: clock.time + camera.shutter_offset(pixel, 0.5), ..clock })
+    }
+
     /// True if anything in it moves.
     pub fn is_animated(&self) -> bool {
         let animated = self.node_tree.iter().any(|rig| !rig.animations.is_empty());
@@ -39,8 +49,7 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
     pub fn at_video_time(&self, time: f64) -> Result<World> {
-        let animation = None;
-        let mut moved = World { time: Some(WorldTime { time, animation }), ..self.clone() };
+        let mut moved = World { time: Some(WorldTime { time, animation: None }), ..self.clone() };
         for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
             if let Some(object) = moved.objects.get_mut(*id) {
                 object.world_from_mesh = motion.world_from_mesh_at(object, self.up, time)?;
@@ -57,9 +66,8 @@ impl World {
         let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
-            let count = names.len();
             let near = suggestion(name, names.iter().copied());
-            SceneError::World(format!("no animation {name:?} among {count}{near}"))
+            SceneError::World(format!("no animation {name:?} among {}{near}", names.len()))
         })
     }
 
@@ -81,14 +89,12 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where a camera cannot be placed.
     pub fn at_rest(mut self) -> Result<World> {
-        let Some(rig) = &mut self.node_tree else { return Ok(self) };
-        let rig = Arc::make_mut(rig);
+        let Some(mut rig) = self.node_tree.take() else { return Ok(self) };
         let pose = rig.evaluate(None);
         let rests: Vec<_> = (rig.objects.iter()).map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new)).collect();
-        for (mount, rest) in rig.objects.iter_mut().zip(rests) {
+        for (mount, rest) in Arc::make_mut(&mut rig).objects.iter_mut().zip(rests) {
             mount.rest = rest;
         }
-        let rig = Arc::new(rig.clone());
         self.node_tree = Some(rig.clone());
         self.apply_pose(&pose, &rig)
     }
@@ -99,37 +105,28 @@ impl World {
         for mount in &rig.objects {
             let object = &mut world.objects[mount.object];
             // Joints say where a bent mesh is, whatever the node does.
-            let skinned = mount.skin.is_some();
-            let placed = match skinned {
-                true => DAffine3::IDENTITY,
-                false => pose.world_from_node[mount.node] * mount.node_from_mesh,
+            let placed = match mount.skin {
+                Some(_) => DAffine3::IDENTITY,
+                None => pose.world_from_node[mount.node] * mount.node_from_mesh,
             };
-            let mut flat = None;
-            if !placed.inverse().is_finite() {
-                let mesh = rig.deformed_mesh(mount, pose);
-                flat = flattened(mesh.as_ref().unwrap_or(&world.meshes[mount.mesh]), placed);
-            }
-            if let Some(flat) = flat.filter(|_| pose.visible[mount.node]) {
-                world.meshes.push(Arc::new(flat));
-                object.mesh = world.meshes.len() - 1;
-                object.world_from_mesh = DAffine3::IDENTITY;
-                continue;
-            }
-            if !pose.visible[mount.node] || !placed.inverse().is_finite() {
-                object.mesh = rig.hidden_mesh;
-                let place = placed.translation;
-                object.world_from_mesh = DAffine3::from_translation(place);
+            let (is_visible, is_solid) = (pose.visible[mount.node], placed.inverse().is_finite());
+            if !is_visible || !is_solid {
+                let mesh = is_visible.then(|| rig.deformed_mesh(mount, pose));
+                let mesh = mesh.as_ref().map(|bent| bent.as_ref().unwrap_or(&world.meshes[mount.mesh]));
+                let flat = mesh.and_then(|mesh| flattened(mesh, placed));
+                (object.mesh, object.world_from_mesh) = match flat {
+                    Some(_) => (world.meshes.len(), DAffine3::IDENTITY),
+                    None => (rig.hidden_mesh, DAffine3::from_translation(placed.translation)),
+                };
+                world.meshes.extend(flat.map(Arc::new));
                 continue;
             }
             (object.mesh, object.world_from_mesh) = (mount.mesh, placed);
             object.scale_shear = placed.matrix3;
             if let Some(rest_mesh) = &mount.rest {
-                let mesh = &mut world.meshes[mount.mesh];
-                *mesh = if rig.same_deformation(mount, pose, &rest) {
-                    rest_mesh.clone()
-                } else {
-                    rig.deformed_mesh(mount, pose).map_or(rest_mesh.clone(), Arc::new)
-                };
+                let is_bent = !rig.same_deformation(mount, pose, &rest);
+                let bent = is_bent.then(|| rig.deformed_mesh(mount, pose)).flatten();
+                world.meshes[mount.mesh] = bent.map_or_else(|| rest_mesh.clone(), Arc::new);
             }
         }
         for mount in &pose.lights {
@@ -140,8 +137,7 @@ impl World {
             world.lights[mount.light] = light;
         }
         for mount in &pose.cameras {
-            let camera = &mut world.cameras[mount.camera].camera;
-            *camera = camera_at_node(&mount.base, pose.world_from_node[mount.node])?;
+            world.cameras[mount.camera].camera = camera_at_node(&mount.base, pose.world_from_node[mount.node])?;
         }
         for moving in &pose.materials {
             world.materials[moving.material] = moving.clone().material();

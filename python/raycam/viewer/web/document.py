@@ -11,7 +11,7 @@ from typing import Any
 
 from ..bundle import bundle, client_file, style_sheet
 
-__all__ = ["assembled", "filled", "json_text"]
+__all__ = ["assembled", "filled", "json_text", "title_text"]
 
 
 def assembled(
@@ -25,7 +25,7 @@ def assembled(
     )
     parts = {
         "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-        "title": html.escape(title),
+        "title": title_text(title),
         "style": f"<style>{style}</style>",
         "data": "\n".join(blocks),
         "script": f'<script id="client">{script}</script>',
@@ -40,6 +40,11 @@ def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
         name, end, rest = piece.partition("-->")
         pieces.append(parts[name] + rest if end else piece)
     return "".join(pieces)
+
+
+def title_text(title: str) -> str:
+    """A title as HTML; what of it is no text, as in names of files of other encodings, is "?"."""
+    return html.escape(title.encode("utf-8", "replace").decode())
 
 
 def json_text(document: dict[str, Any]) -> str:

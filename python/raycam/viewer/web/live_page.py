@@ -18,6 +18,8 @@ __all__ = ["lecture_page", "live_page", "playground_page"]
 
 CAMERA = "page"
 """The name of the frame's camera in the world of a page."""
+NOT_IN_PAGES = ("shadow", "error")
+"""The channels that a live page does not render."""
 SCRIPTS, WORKERS = " 'wasm-unsafe-eval'", "worker-src blob:; "
 
 
@@ -29,11 +31,12 @@ def live_page(
     exposure: float | None,
     view: str | None,
     title: str | None,
+    channel: str | None,
 ) -> str:
     """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
     from ...arguments import one_of
     from ...render import _stops
-    from ...render.frame import VIEWS
+    from ...render.frame import CHANNELS, VIEWS
 
     for name, value in unused.items():
         if value is not None and value is not False and value != ():
@@ -53,6 +56,9 @@ def live_page(
         "camera": name,
         "exposure": _stops(frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
+        "channel": one_of(
+            "channel", channel or "color", [name for name in CHANNELS if name not in NOT_IN_PAGES]
+        ),
     }
     world_text = packed(bytes(_core.world_to_bytes(carried._core)))
     blocks = [

@@ -11,11 +11,24 @@ export const general = (value) => digitsOf(value, 6);
 function digitsOf(value, count) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
   if (value === 0) return "0";
-  const [digits, power] = value.toExponential(count - 1).split("e");
+  const rounded = toEven(value, count);
+  const [digits, power] = rounded.split("e");
   const exponent = Number(power);
   const trimmed = (/** @type {string} */ text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
-  if (exponent >= -4 && exponent < count) return trimmed(value.toFixed(count - 1 - exponent));
+  if (exponent >= -4 && exponent < count) return trimmed(Number(rounded).toFixed(count - 1 - exponent));
   return `${trimmed(digits)}e${exponent < 0 ? "-" : "+"}${String(Math.abs(exponent)).padStart(2, "0")}`;
+}
+
+/**
+ * The decimal of so many digits that is nearest; of two, the even one, as C has it and JavaScript has not.
+ * @param {number} value
+ * @param {number} count
+ */
+function toEven(value, count) {
+  const [all, power] = value.toExponential(100).split("e"); // exact
+  const end = all.indexOf(".") + count; // of the digits that are kept
+  const isTie = /^50*$/.test(all.slice(end)) && Number(all[end - 1]) % 2 === 0;
+  return isTie ? `${all.slice(0, end)}e${power}` : value.toExponential(count - 1);
 }
 
 /** A vector as (x, y, z); components that are only rounding noise become 0. @param {number[]} values @param {number} [count] */

@@ -20,7 +20,7 @@ export class Session {
   /**
    * @param {any} core the module of crates/web
    * @param {any} world
-   * @param {{ title: string, integrator?: string, exposure?: number, view?: string, camera?: string, pose?: any, samples?: number }} options
+   * @param {{ title: string, integrator?: string, exposure?: number, view?: string, camera?: string, channel?: string, pose?: any, samples?: number }} options
    * @param {(message: Message, transfer?: Transferable[]) => void} say
    */
   constructor(core, world, options, say) {
@@ -42,7 +42,8 @@ export class Session {
     this.exposure = options.exposure ?? this.about.render.exposure ?? 0;
     this.view = options.view || this.about.render.view || "standard";
     this.space = [640, 480];
-    this.channel = "color";
+    this.first = options.channel || "color";
+    this.channel = this.first;
     this.version = 0;
     this.touched = 0;
     this.moved = -1;
@@ -63,6 +64,7 @@ export class Session {
       channels: ["color", ...this.truth, ...COLORS.slice(1)].map((name) => ({ name })),
       cameras: this.about.cameras,
       names: { instance: Object.fromEntries(this.about.objects.map((/** @type {string} */ name, /** @type {number} */ id) => [id, name])), category: this.about.categories },
+      channel: this.first,
       origin: [0, 0],
       exposure: this.exposure,
       view: this.view,
@@ -308,15 +310,24 @@ export class Session {
   }
 
   shownTriangles() {
-    this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
+    this.triangles ||= trianglesOf(this.world);
     return this.triangles;
+  }
+
+  /** The triangles as they are in the middle of the exposure of a pixel's line. @param {any} camera @param {number} u @param {number} v */
+  trianglesAt(camera, u, v) {
+    if (!this.about.moves) return this.shownTriangles();
+    const moved = this.world.atLine(camera, u, v);
+    const triangles = trianglesOf(moved);
+    moved.free();
+    return triangles;
   }
 
   /** @param {Message} message */
   explain({ u, v }) {
     const { camera } = this;
-    const triangles = this.shownTriangles();
     const { offset } = camera;
+    const triangles = this.trianglesAt(camera, u + offset, v + offset);
     const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
     try {
       const size = [...camera.size];
@@ -350,6 +361,9 @@ export class Session {
     this.say({ type: "file", name: "raycam.png", media: "image/png", bytes });
   }
 }
+
+/** Corners, ids and colours of all triangles. @param {any} world */
+const trianglesOf = (world) => ({ corners: world.triangles(), ids: world.triangleIds(), colors: world.triangleColors() });
 
 /** Lets messages be heard. */
 export function nextTurn() {

@@ -5,6 +5,7 @@
 /**
  * @typedef {object} ChannelStyle
  * @property {ChannelKind} kind
+ * @property {number} [of] numbers of a pixel; 1 where it is left out
  * @property {string} [unit]
  * @property {boolean} [zeroIsMiss] a zero vector is the background
  * @property {boolean} [log]
@@ -12,26 +13,26 @@
 
 /** @type {Record<string, ChannelStyle>} */
 const STYLES = {
-  color: { kind: "light" },
-  albedo: { kind: "light" },
+  color: { kind: "light", of: 3 },
+  albedo: { kind: "light", of: 3 },
   depth: { kind: "scalar", unit: "m" },
   distance: { kind: "scalar", unit: "m" },
-  position: { kind: "place", unit: "m" },
-  normal: { kind: "direction", zeroIsMiss: true },
-  normal_camera: { kind: "direction", zeroIsMiss: true },
-  shading_normal: { kind: "direction", zeroIsMiss: true },
-  shading_normal_camera: { kind: "direction", zeroIsMiss: true },
+  position: { kind: "place", of: 3, unit: "m" },
+  normal: { kind: "direction", of: 3, zeroIsMiss: true },
+  normal_camera: { kind: "direction", of: 3, zeroIsMiss: true },
+  shading_normal: { kind: "direction", of: 3, zeroIsMiss: true },
+  shading_normal_camera: { kind: "direction", of: 3, zeroIsMiss: true },
   instance: { kind: "ids" },
   category: { kind: "ids" },
   triangle: { kind: "ids" },
   material: { kind: "ids" },
-  barycentric: { kind: "weights", zeroIsMiss: true },
-  uv: { kind: "weights" },
+  barycentric: { kind: "weights", of: 3, zeroIsMiss: true },
+  uv: { kind: "weights", of: 2 },
   coverage: { kind: "share" },
   alpha: { kind: "share" },
-  shadow: { kind: "light" },
+  shadow: { kind: "light", of: 3 },
   error: { kind: "scalar" },
-  flow: { kind: "flow", unit: "pixels" },
+  flow: { kind: "flow", of: 2, unit: "pixels" },
 };
 
 /**
@@ -40,10 +41,11 @@ const STYLES = {
  * @returns {ChannelStyle}
  */
 export function styleOf({ name, dtype, components }) {
-  if (Object.hasOwn(STYLES, name)) return STYLES[name];
-  if (dtype === "int32") return { kind: "ids" };
-  if (/\.rgb$/i.test(name)) return { kind: "light" }; // a layer of another program's EXR file
-  return { kind: components === 2 ? "flow" : components === 3 ? "place" : "scalar" };
+  const known = Object.hasOwn(STYLES, name) ? STYLES[name] : null;
+  if (known && (known.of || 1) === components && (known.kind === "ids") === (dtype === "int32")) return known;
+  if (dtype === "int32" && components === 1) return { kind: "ids" };
+  if (/\.rgb$/i.test(name) && components === 3) return { kind: "light" }; // a layer of another program's EXR file
+  return components === 2 ? { kind: "flow", of: 2 } : components === 3 ? { kind: "place", of: 3 } : { kind: "scalar" };
 }
 
 /**
@@ -56,7 +58,7 @@ export function howToRead({ kind, unit }, components) {
   const inUnit = unit ? ` in ${unit}` : "";
   const sentences = {
     light: "Linear Rec. 709 radiance, shown as sRGB.",
-    scalar: `Values${inUnit} by the colour map below; hatched where there is none.`,
+    scalar: `${components > 1 ? `The first of ${components} values` : `Values${inUnit}`} by the colour map below; hatched where there is none.`,
     share: "A share: 0 is black, 1 is white.",
     ids: "A colour for each number; hatched where there is none (-1).",
     direction: "Unit vectors: red is x, green is y, blue is z; from -1 (dark) to 1 (bright).",
@@ -82,6 +84,6 @@ export function isMiss(plane, style, pixel) {
   const first = plane.values[at];
   if (style.kind === "ids") return first < 0;
   if (style.kind === "light" || style.kind === "share") return false;
-  if (!Number.isFinite(first)) return true;
+  for (let i = at; i < at + (style.of || 1); i++) if (!Number.isFinite(plane.values[i])) return true;
   return Boolean(style.zeroIsMiss) && first === 0 && !plane.values[at + 1] && !plane.values[at + 2];
 }

@@ -48,15 +48,24 @@ function bytesOfHex(hex) {
 }
 
 /**
+ * The share of a range that lies below a value; halves, for the width of a range may be infinite.
+ * @param {number} value
+ * @param {{ low: number, high: number }} range
+ * @returns {number}
+ */
+export function shareOfRange(value, { low, high }) {
+  return high - low < Infinity ? (value - low) / (high - low) : (value / 2 - low / 2) / (high / 2 - low / 2);
+}
+
+/**
  * The index in a map of a value within a range; values outside get the ends.
  * @param {number} value
  * @param {{ low: number, high: number, log: boolean }} range
  * @returns {number}
  */
-export function mapIndex(value, { low, high, log }) {
-  const share = log
-    ? (Math.log(value) - Math.log(low)) / (Math.log(high) - Math.log(low))
-    : (value - low) / (high - low);
+export function mapIndex(value, range) {
+  const [low, high] = [Math.log(range.low), Math.log(range.high)];
+  const share = range.log ? (Math.log(value) - low) / (high - low) : shareOfRange(value, range);
   return Math.round(Math.min(Math.max(share || 0, 0), 1) * (MAP_SIZE - 1));
 }
 

@@ -11,12 +11,21 @@
 export function shortest(value, dtype) {
   if (!Number.isFinite(value)) return nonFinite(value);
   if (Object.is(value, -0)) return "-0";
-  if (dtype !== "float32") return String(value);
+  const rounded = dtype === "float32" ? Math.fround : dtype === "float16" ? halfOf : null;
+  if (!rounded) return String(value);
   for (let digits = 1; digits < 9; digits++) {
     const text = value.toPrecision(digits);
-    if (Math.fround(Number(text)) === value) return String(Number(text));
+    if (rounded(Number(text)) === value) return String(Number(text));
   }
   return String(Number(value.toPrecision(9)));
+}
+
+/** The nearest float16 of a value within its range, ties to even. @param {number} value @returns {number} */
+function halfOf(value) {
+  const exponent = Math.max(Math.floor(Math.log2(Math.abs(value))), -14);
+  const step = 2 ** (exponent - 10);
+  const steps = Math.round(value / step);
+  return step * (Math.abs(value / step - steps) === 0.5 && steps % 2 ? steps - 1 : steps);
 }
 
 const NARROW = 9; // characters of a column

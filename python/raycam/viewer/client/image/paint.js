@@ -1,7 +1,7 @@
 // Painting: a plane and the display settings to the RGBA bytes of a picture.
 
 import { isMiss, styleOf } from "./channels.js";
-import { flowColor, idColor, mapIndex, mapTable } from "./colormap.js";
+import { flowColor, idColor, mapIndex, mapTable, shareOfRange } from "./colormap.js";
 import { toneMap } from "./tone.js";
 
 /** @typedef {import("./planes.js").Plane} Plane */
@@ -71,7 +71,7 @@ function painterOf(plane, style, display) {
   }
   if (style.kind === "place") {
     const ranges = [0, 1, 2].map((c) => percentiles(plane, c));
-    return (at) => ranges.map(({ low, high }, c) => (255 * (values[at + c] - low)) / (high - low));
+    return (at) => ranges.map((range, c) => 255 * shareOfRange(values[at + c], range));
   }
   const range = rangeOf(plane, display);
   const table = mapTable(style.kind === "share" ? "gray" : display.map);

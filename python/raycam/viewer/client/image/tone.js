@@ -63,6 +63,15 @@ export function toneMap(linear, exposure, view, rgba) {
   }
 }
 
+/**
+ * The value that a transform takes: 0 for NaN, and the largest float32 for what is larger.
+ * @param {number} v
+ * @returns {number}
+ */
+function lightOf(v) {
+  return v > 0 ? Math.min(v, 3.4028234663852886e38) : 0;
+}
+
 const AGX_LOW = -12.47393;
 const AGX_STOPS = 4.026069 - AGX_LOW;
 
@@ -88,9 +97,9 @@ function agxLinear(v) {
  * @param {number[]} rgb
  */
 function agx(rgb) {
-  const r = Math.max(rgb[0], 0);
-  const g = Math.max(rgb[1], 0);
-  const b = Math.max(rgb[2], 0);
+  const r = lightOf(rgb[0]);
+  const g = lightOf(rgb[1]);
+  const b = lightOf(rgb[2]);
   const x = agxCurve(0.84247906 * r + 0.0784336 * g + 0.079223745 * b);
   const y = agxCurve(0.042328242 * r + 0.87846864 * g + 0.07916613 * b);
   const z = agxCurve(0.042375655 * r + 0.0784336 * g + 0.879143 * b);
@@ -107,7 +116,7 @@ const NEUTRAL_DESATURATION = 0.15;
  * @param {number[]} rgb
  */
 function pbrNeutral(rgb) {
-  for (let i = 0; i < 3; i++) rgb[i] = Math.max(rgb[i], 0);
+  for (let i = 0; i < 3; i++) rgb[i] = lightOf(rgb[i]);
   const least = Math.min(rgb[0], rgb[1], rgb[2]);
   const offset = least < 0.08 ? least - 6.25 * least * least : 0.04;
   for (let i = 0; i < 3; i++) rgb[i] -= offset;

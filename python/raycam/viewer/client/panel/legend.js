@@ -21,7 +21,7 @@ export function fillLegend(box, plane, display, names) {
   const style = styleOf(plane);
   box.replaceChildren(element("p", howToRead(style, plane.components)));
   if (style.kind === "scalar" || style.kind === "share") box.append(...barOf(plane, display, style.kind === "share"));
-  if (style.kind === "flow") box.append(element("p", `Full colour from ${sixDigits(longest(plane), "float64")} ${style.unit || ""}.`));
+  if (style.kind === "flow") box.append(element("p", `Full colour from ${sixDigits(longest(plane), "float64")}${style.unit ? ` ${style.unit}` : ""}.`));
   if (style.kind === "ids") box.append(listOfIds(plane, names));
 }
 
@@ -44,7 +44,7 @@ function barOf(plane, display, isShare) {
   const { low, high, log } = rangeOf(plane, display);
   const ticks = element("div", "", { class: "ticks" });
   for (const share of [0, 0.25, 0.5, 0.75, 1]) {
-    const value = log ? low * (high / low) ** share : low + share * (high - low);
+    const value = log ? low * (high / low) ** share : (1 - share) * low + share * high;
     ticks.append(element("span", String(Number(value.toPrecision(3)))));
   }
   return [bar, ticks];

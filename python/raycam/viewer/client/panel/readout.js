@@ -4,7 +4,7 @@ import { element } from "../dom.js";
 import { shortest, sixDigits } from "../image/numbers.js";
 
 /** @typedef {import("../image/numbers.js").NumberType} NumberType */
-/** @typedef {{ dtype: NumberType, numbers: number[], name?: string, other?: number[] }} ChannelValue */
+/** @typedef {{ dtype: NumberType, numbers: number[], name?: string, other?: { dtype: NumberType, numbers: number[] } }} ChannelValue */
 /** @typedef {Record<string, ChannelValue>} PixelValues */
 
 /**
@@ -17,11 +17,11 @@ export function fillReadout(body, values, shown) {
   body.replaceChildren();
   for (const [channel, value] of Object.entries(values)) {
     const row = element("tr", "", channel === shown ? { "aria-current": "true" } : {});
-    row.append(nameOf(channel), cellOf(value.numbers, value));
+    row.append(nameOf(channel), cellOf(value));
     body.append(row);
-    if (value.other && !value.other.every((number, i) => Object.is(number, value.numbers[i]))) {
+    if (value.other && !value.other.numbers.every((number, i) => Object.is(number, value.numbers[i]))) {
       const other = element("tr", "", { class: "other" });
-      other.append(element("th", "B", { scope: "row", "aria-label": `${channel} of B` }), cellOf(value.other, { ...value, name: undefined }));
+      other.append(element("th", "B", { scope: "row", "aria-label": `${channel} of B` }), cellOf(value.other));
       body.append(other);
     }
   }
@@ -38,11 +38,10 @@ function nameOf(channel) {
 }
 
 /**
- * @param {number[]} numbers
  * @param {ChannelValue} value
  * @returns {HTMLElement}
  */
-function cellOf(numbers, { dtype, name }) {
+function cellOf({ dtype, numbers, name }) {
   const cell = element("td");
   for (const number of numbers) {
     cell.append(element("span", sixDigits(number, dtype), { class: "number", title: shortest(number, dtype) }), " ");
@@ -60,7 +59,7 @@ function cellOf(numbers, { dtype, name }) {
 export function readoutText({ column, row }, values) {
   const lines = Object.entries(values).flatMap(([channel, { dtype, numbers, name, other }]) => [
     `${channel} ${numbers.map((v) => shortest(v, dtype)).join(" ")}${name ? ` ${name}` : ""}`,
-    ...(other ? [`${channel} of B ${other.map((v) => shortest(v, dtype)).join(" ")}`] : []),
+    ...(other ? [`${channel} of B ${other.numbers.map((v) => shortest(v, other.dtype)).join(" ")}`] : []),
   ]);
   return [`pixel ${column} ${row}`, ...lines].join("\n");
 }

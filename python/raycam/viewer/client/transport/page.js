@@ -34,7 +34,7 @@ export class PageTransport {
   /** Unpacks the channels one after the other, after the one that is shown. */
   async unpackAll() {
     await new Promise((resolve) => setTimeout(resolve, 50));
-    for (const header of this.document.planes) await this.plane(header.key);
+    for (const { key, name } of this.document.planes) await this.plane(key).catch((error) => this.sayDamaged(name, error));
     this.say?.({ type: "unpacked" });
   }
 
@@ -45,10 +45,10 @@ export class PageTransport {
   plane(key) {
     let plane = this.planes.get(key);
     if (!plane) {
-      const header = this.document.planes.find((/** @type {any} */ each) => each.key === key);
-      const text = document.getElementById(`plane-${key}`)?.textContent || "";
-      plane = unpackPlane(header, bytesOfBase64(text));
-      plane.then((unpacked) => this.unpacked.set(key, unpacked));
+      const number = this.document.planes.findIndex((/** @type {any} */ each) => each.key === key);
+      const text = document.getElementById(`plane-${number}`)?.textContent || "";
+      plane = unpackPlane(this.document.planes[number], bytesOfBase64(text));
+      plane.then((unpacked) => this.unpacked.set(key, unpacked), () => {}); // whoever asks for it hears of damage
       this.planes.set(key, plane);
     }
     return plane;
@@ -80,8 +80,13 @@ export class PageTransport {
       const other = keyB ? await this.plane(keyB) : null;
       this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, moving: false });
     } catch (error) {
-      this.say?.({ type: "error", text: `The channel ${name} of this page is damaged: ${error}` });
+      this.sayDamaged(name, error);
     }
+  }
+
+  /** @param {string} name @param {unknown} error */
+  sayDamaged(name, error) {
+    this.say?.({ type: "error", text: `The channel ${name} of this page is damaged: ${error}` });
   }
 
   /** @param {Message} message */
@@ -97,7 +102,7 @@ export class PageTransport {
         dtype: plane.dtype,
         numbers,
         name: this.document.names[name]?.[numbers[0]],
-        other: other && numbersAt(other, u, v),
+        other: other && { dtype: other.dtype, numbers: numbersAt(other, u, v) },
       };
     }
     this.say?.({ type: "values", id, u, v, values });
@@ -106,7 +111,8 @@ export class PageTransport {
   /** @param {Message} message */
   sendExplanation({ u, v }) {
     const found = this.document.explanations.find((/** @type {any} */ each) => each.column === u && each.row === v);
-    if (found) this.say?.({ type: "explained", ...found });
+    const [x, y] = this.document.origin;
+    if (found) this.say?.({ type: "explained", ...found, column: found.column + x, row: found.row + y });
     else {
       const text = this.document.explanations.length
         ? "This page explains the marked pixels alone."
