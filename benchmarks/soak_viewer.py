@@ -166,6 +166,8 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=60, help="messages a second, of all clients together")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    # Shells start background jobs with this signal ignored, which the server, ended by it, would inherit.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     server = Server(str(raycam.data.path("spot.toml")))
     try:
         visit(server, random.Random(options.seed), options.minutes, options.rate)

@@ -14,7 +14,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam import cli
-from raycam.viewer.server import answer
+from raycam.viewer.answers import answer
 from raycam.viewer.session import Session
 from raycam.viewer.viewer import Viewer
 from support.gltf_document import variant_square

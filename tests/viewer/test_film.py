@@ -11,9 +11,9 @@ import pytest
 import raycam
 from PIL import Image, ImageSequence
 from raycam.errors import Cancelled
+from raycam.viewer.answers import answer
 from raycam.viewer.files import film
-from raycam.viewer.outputs import film as saved
-from raycam.viewer.server import answer
+from raycam.viewer.files.outputs import film as saved
 from raycam.viewer.session import Session
 
 

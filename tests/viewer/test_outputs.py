@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 import raycam
-from raycam.viewer.outputs import _stem, snapshot
+from raycam.viewer.files.outputs import _stem, snapshot
 from raycam.viewer.session import Session
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from raycam.viewer.answers import SLOW
 from raycam.viewer.messages import MESSAGES
-from raycam.viewer.server import SLOW
 from raycam.viewer.session import LARGEST, Session, lens_of
 from support.gltf_document import Document, animated
 from support.patience import until

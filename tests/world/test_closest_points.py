@@ -70,6 +70,18 @@ def test_distances_are_those_of_brute_force(scale: float) -> None:
     checked(world, points)
 
 
+@pytest.mark.parametrize("thickness", [1e-1, 1e-3, 1e-6])
+def test_distances_to_squeezed_objects_are_those_of_brute_force(thickness: float) -> None:
+    random = np.random.default_rng(6)
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    for linear in (turn @ np.diag([1, thickness, 1]), np.diag([1, thickness, 1]) @ turn):
+        world = raycam.World()
+        matrix = np.eye(4)
+        matrix[:3] = np.column_stack([linear, [3, -2, 1]])
+        world.add_mesh(*torus(16, 10), matrix=matrix)
+        checked(world, random.normal([3, -2, 1], size=(150, 3)), rtol=1e-11)
+
+
 def test_far_worlds_needles_and_flat_triangles() -> None:
     random = np.random.default_rng(7)
     away = np.array([5e6, -3e6, 1e6])

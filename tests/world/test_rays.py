@@ -130,6 +130,29 @@ def test_hits_are_those_of_fractions() -> None:
     assert agree(world, origins, aims - origins) > len(aims) // 2
 
 
+TURN = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 3)))[0]
+SQUEEZED = {
+    "a plate": TURN @ np.diag([1, 1e-3, 1]),
+    "a needle": TURN @ np.diag([1e-4, 1e-4, 1]),
+    "a mirrored shear": TURN @ np.diag([1, -1e-3, 1]) @ TURN.T,
+    "hardly there": np.diag([1, 1, 1e-7]) @ TURN,
+}
+
+
+@pytest.mark.parametrize("name", SQUEEZED)
+def test_hits_of_squeezed_objects_are_those_of_fractions(name: str) -> None:
+    random = np.random.default_rng(2)
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack([SQUEEZED[name], [0.3, 0.2, 5]])
+    world = ball(1, matrix)
+    aims = random.normal(size=(150, 3)) * 0.5 @ matrix[:3, :3].T + matrix[:3, 3]
+    origins = random.normal(size=(150, 3)) * 2 + matrix[:3, 3]
+    assert agree(world, origins, aims - origins) > 50
+    # And beside others, whose boxes are no larger for it.
+    world.add_object(sphere={"radius": 0.5}, location=[0, 0, 7])
+    assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
+
+
 def test_hits_of_grids_and_of_coplanar_triangles_are_those_of_fractions() -> None:
     world = raycam.World()
     for location in ([0, 0, 0], [1, 0, 0], [0.5, 0.5, 1], [0.1, 0.3, 1]):

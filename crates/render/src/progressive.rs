@@ -19,12 +19,11 @@ use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Samples of the first rounds of [`Progressive::add_for`].
-const FIRST_ROUNDS: [u32; 2] = [4, 16];
-/// The same in worlds with textures, whose filter is another one below 16 samples: the first ones are thrown away.
-const FIRST_TEXTURED_ROUNDS: [u32; 2] = [2, 16];
-/// Samples that each later round adds.
-const ROUND: u32 = 16;
+/// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others: what
+/// was added before then starts anew, so it is little.
+const FIRST_ROUNDS: [u32; 2] = [2, 16];
+/// Samples that a later round adds, at most; until then it doubles them. Each finds the camera rays anew.
+const LARGEST_ROUND: u32 = 64;
 
 /// Frame to which samples are added. Each tile keeps its own number: its pixels are at any time those of
 /// [`render`](crate::render()) with so many samples, to the bit, for any slices, regions, cancellations and threads.
@@ -121,15 +120,13 @@ impl Progressive {
     /// Errors of [`Progressive::add`].
     pub fn add_for(&mut self, time: Duration, control: &Control) -> Result<u32, RenderError> {
         let end = Instant::now().checked_add(time);
-        let is_textured = !self.prepared.geometry.textures.is_empty();
-        let first_rounds = if is_textured { FIRST_TEXTURED_ROUNDS } else { FIRST_ROUNDS };
         loop {
             let least = self.samples(None);
             if least >= self.settings.samples {
                 return Ok(least);
             }
-            let first = first_rounds.into_iter().find(|&round| round > least);
-            let until = first.unwrap_or(least.saturating_add(ROUND)).min(self.settings.samples);
+            let first = FIRST_ROUNDS.into_iter().find(|&round| round > least);
+            let until = first.unwrap_or(least.saturating_add(least.min(LARGEST_ROUND))).min(self.settings.samples);
             self.add_until(until, None, end, control)?;
             if end.is_some_and(|end| Instant::now() >= end) {
                 return Ok(self.samples(None));

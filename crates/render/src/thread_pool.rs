@@ -69,6 +69,14 @@ pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) 
     Ok(pool.threads.install(f))
 }
 
+/// Runs `f` in the current pool, or in one of this crate: rayon's global pool does not survive a fork.
+///
+/// # Errors
+/// Errors of [`with_pool`].
+pub(crate) fn in_pool<T: Send>(f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
+    if rayon::current_thread_index().is_some() { Ok(f()) } else { with_pool(None, f) }
+}
+
 const HAS_THREADS: bool = !cfg!(target_family = "wasm");
 
 /// Threads that a call runs on. Results are the same.

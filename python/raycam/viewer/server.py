@@ -12,21 +12,19 @@ import secrets
 import socket
 import threading
 import time
-import traceback
 from collections.abc import Callable, Collection, Sequence
 from http import HTTPStatus
 from typing import Any
 
 from ..arguments import whole
-from ..errors import Cancelled, Error, SettingsError
+from ..errors import Error
 from . import gate
+from .answers import SLOW, Answers, probe
 from .messages import LONGEST, BadMessage, message_of, packed
-from .outputs import film, snapshot
-from .probe import explained, values_at
-from .scheduler import Scheduler, failure
+from .scheduler import Scheduler
 from .session import Session
 
-__all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "QUEUED_SLOW", "SLOW", "Server", "answer", "probe"]
+__all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
 
 PORTS = range(7421, 7431)
 """The ports that are tried where none is given."""
@@ -35,11 +33,8 @@ MOST_CONNECTIONS = 32
 HANDSHAKE_TIME = 5.0  # seconds
 KEPT = 600.0  # seconds that a session waits for its client to come back
 QUEUED_IN = 8
-QUEUED_SLOW = 4
 SHARED = ("nav", "camera", "time", "variant", "lens", "pose")
 """The messages that all clients follow, where they look together."""
-SLOW = ("explain", "snapshot", "copy", "film", "open")
-"""The messages whose answers take their time."""
 QUEUED_OUT = 64
 MOST_PROBES = 60  # a second
 STRIKES = 3
@@ -73,6 +68,7 @@ class Server:
         self._ending: asyncio.Event | None = None
         self._started = threading.Event()
         self.scheduler = Scheduler(lambda: list(self.sessions.values()))
+        self.answers = Answers()
         self._failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="raycam server", daemon=True)
         self._thread.start()
@@ -94,6 +90,7 @@ class Server:
         if loop is not None and ending is not None and self._thread.is_alive():
             loop.call_soon_threadsafe(ending.set)
         self._thread.join()
+        self.answers.close()
         self.scheduler.end()
         self.scheduler.join()
 
@@ -252,8 +249,6 @@ class Server:
     async def _listen(self, connection: Any, session: Session) -> None:
         """Does what a client says, until it has said too much that is not in the table."""
         strikes, probes = 0, [0.0] * MOST_PROBES
-        slow: asyncio.Queue[dict[str, Any]] = asyncio.Queue(QUEUED_SLOW)
-        answering = asyncio.create_task(_answer_all(session, slow))
         try:
             async for data in connection:
                 try:
@@ -267,15 +262,7 @@ class Server:
                             probes = [*probes[1:], now]
                             await asyncio.to_thread(probe, session, message)
                     elif kind in SLOW:
-                        if slow.full():
-                            session.send_message(
-                                {
-                                    "type": "notice",
-                                    "text": "One thing after the other: answers are being made.",
-                                }
-                            )
-                        else:
-                            slow.put_nowait(message)
+                        self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
                         if self._follow and kind in SHARED:
@@ -292,57 +279,7 @@ class Server:
                 except Error as error:
                     session.complain(error)
         finally:
-            answering.cancel()
-
-
-def probe(session: Session, message: dict[str, Any]) -> None:
-    """Answers a probe."""
-    with session.lock:
-        camera, still = session.camera, session.still
-    u, v = message["u"], message["v"]
-    if u >= camera.size[0] or v >= camera.size[1]:
-        return
-    still = still if still and still.size == camera.size else None
-    values = values_at(session.world, camera, still, u, v, session.object_names)
-    session.send_message({"type": "values", "id": message["id"], "u": u, "v": v, "values": values})
-
-
-async def _answer_all(session: Session, slow: asyncio.Queue[dict[str, Any]]) -> None:
-    """Answers what takes its time, one after the other."""
-    while True:
-        message = await slow.get()
-        try:
-            await asyncio.to_thread(answer, session, message)
-        except Exception as error:
-            traceback.print_exc()
-            session.send_message({"type": "error", "text": failure(error)})
-
-
-def answer(session: Session, message: dict[str, Any]) -> None:
-    """Answers what takes its time."""
-    try:
-        with session.lock:
-            camera = session.camera
-        if message["type"] == "explain":
-            if message["u"] >= camera.size[0] or message["v"] >= camera.size[1]:
-                raise SettingsError("the pixel is not in the picture")
-            parts, lines = explained(session.world, camera, message["u"], message["v"])
-            session.send_message({"type": "explained", **parts})
-            session.show_lines(lines)
-        elif message["type"] == "copy":
-            session.send_message({"type": "copied", "text": session.copied(message["format"])})
-        elif message["type"] == "open":
-            session.open_upload(message["name"])
-        else:
-            if message["type"] == "film":
-                name, media, data = film(session, message["seconds"], message["degrees"])
-            else:
-                name, media, data = snapshot(session, message["format"])
-            session.send_message({"type": "file", "name": name, "media": media}, [data])
-    except Cancelled as error:
-        session.send_message({"type": "notice", "text": f"{str(error).capitalize()}."})
-    except (Error, MemoryError, OSError) as error:
-        session.send_message({"type": "error", "text": str(error) or "out of memory"})
+            self.answers.forget(session)
 
 
 def _put(outgoing: asyncio.Queue[bytes], data: bytes) -> None:

@@ -9,14 +9,14 @@ import base64
 import hashlib
 import html
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from ..errors import Error
+from .answers import SLOW, Answers, probe
 from .bundle import bundle, style_sheet
 from .messages import BadMessage, message_of
 from .scheduler import Scheduler
-from .server import MOST_SESSIONS, QUEUED_SLOW, SLOW, answer, probe
+from .server import MOST_SESSIONS
 from .session import Session
 from .web.document import filled
 
@@ -88,8 +88,7 @@ class Views:
         self.sessions: dict[str, Session] = {}
         self._make_session = make_session
         self._say = say
-        self._slow = ThreadPoolExecutor(1, thread_name_prefix="raycam answers")
-        self._waiting = 0
+        self._answers = Answers()
         self.scheduler = Scheduler(lambda: list(self.sessions.values()))
         self.scheduler.start()
 
@@ -102,6 +101,7 @@ class Views:
         if said is None:
             if session is not None:
                 self.sessions.pop(view).send = None
+                self._answers.forget(session)
             return
         try:
             message = message_of(said)
@@ -130,15 +130,8 @@ class Views:
             probe(session, message)
         elif message["type"] not in SLOW:
             session.receive(message)
-        elif self._waiting < QUEUED_SLOW:
-            self._waiting += 1
-            self._slow.submit(self._answer, session, message)
-
-    def _answer(self, session: Session, message: dict[str, Any]) -> None:
-        try:
-            answer(session, message)
-        finally:
-            self._waiting -= 1
+        else:
+            self._answers.queue_message(session, message)
 
     def _tell(self, view: str, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
         self._say({"view": view, "message": message}, list(buffers))
@@ -149,7 +142,7 @@ class Views:
             self._tell(view, {"type": "closing", "text": "The view was closed."})
         self.scheduler.end()
         self.scheduler.join()
-        self._slow.shutdown(cancel_futures=True)
+        self._answers.close()
 
 
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:

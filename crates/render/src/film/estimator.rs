@@ -17,6 +17,8 @@ const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
+    /// Instances that the centre rays hit, if the coverage is asked for.
+    centers: Vec<u32>,
     /// Samples that hit the same instance as the centre ray.
     same_instance: Vec<u32>,
     /// Samples that escape to the environment.
@@ -34,6 +36,7 @@ impl PixelEstimator {
     pub fn reset(&mut self, pixels: usize, with_error: bool) {
         self.color.clear();
         self.color.resize(pixels, DVec3::ZERO);
+        self.centers.clear();
         self.same_instance.clear();
         self.same_instance.resize(pixels, 0);
         self.misses.clear();
@@ -45,6 +48,17 @@ impl PixelEstimator {
         if with_error {
             self.replications.resize(pixels, [0.0; REPLICATIONS as usize]);
         }
+    }
+
+    /// Keeps the instances that the centre rays hit.
+    pub fn set_centers(&mut self, instances: impl Iterator<Item = u32>) {
+        self.centers.clear();
+        self.centers.extend(instances);
+    }
+
+    /// True if the pixel's centre ray hits an instance.
+    pub fn is_center(&self, pixel: usize, instance: u32) -> bool {
+        self.centers.get(pixel) == Some(&instance)
     }
 
     /// Counts a sample.

@@ -12,6 +12,7 @@ use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::mesh::PreparedMesh;
+use crate::prepare::stretch::StretchedMeshes;
 use crate::prepare::texture::PreparedTexture;
 use crate::settings::Catchers;
 
@@ -90,7 +91,7 @@ impl Geometry {
     /// geometry `before` where nothing has moved, and has the quickest to build where something has.
     ///
     /// # Errors
-    /// [`RenderError::World`] where float32 does not reach.
+    /// [`RenderError::World`] where float32 does not reach; errors of [`StretchedMeshes::of_instance`].
     pub fn new(
         world: &World,
         meshes: Vec<Arc<PreparedMesh>>,
@@ -99,7 +100,7 @@ impl Geometry {
         textures: Arc<Vec<Arc<PreparedTexture>>>,
         before: Option<&Self>,
     ) -> Result<Self, RenderError> {
-        let instances = place_instances(world, meshes, extent.origin);
+        let instances = place_instances(world, meshes, extent.origin)?;
         let (scene, on_demand) = match before {
             Some(before) if before.origin == extent.origin && has_same_places(&before.instances, &instances) => {
                 (before.scene.clone(), before.on_demand.clone())
@@ -206,9 +207,21 @@ impl ExactTriangles for Geometry {
 }
 
 /// Places meshes, one for each object.
-fn place_instances(world: &World, meshes: Vec<Arc<PreparedMesh>>, origin: DVec3) -> Vec<PreparedInstance> {
+///
+/// # Errors
+/// Errors of [`StretchedMeshes::of_instance`].
+fn place_instances(
+    world: &World,
+    meshes: Vec<Arc<PreparedMesh>>,
+    origin: DVec3,
+) -> Result<Vec<PreparedInstance>, RenderError> {
+    let mut stretched = StretchedMeshes::default();
     let objects = world.objects.iter().zip(meshes).zip(world.categories().of_objects);
-    objects.map(|((object, mesh), category)| PreparedInstance::new(object, mesh, origin, category)).collect()
+    let place = |((object, mesh), category): ((&Object, Arc<PreparedMesh>), i32)| {
+        let stretched = stretched.of_instance(object, &mesh)?;
+        Ok(PreparedInstance::new(object, mesh, stretched, origin, category))
+    };
+    objects.map(place).collect()
 }
 
 /// True if both place the same meshes by the same transforms.

@@ -7,6 +7,7 @@ use raycam_bvh::Instance;
 use raycam_scene::Object;
 
 use crate::prepare::mesh::PreparedMesh;
+use crate::prepare::stretch::StretchedBvh;
 
 /// Bounding boxes of a scene, at most; the objects of a scene with more objects share one box.
 const MAX_BOXES: usize = 256;
@@ -15,6 +16,8 @@ const MAX_BOXES: usize = 256;
 #[derive(Debug)]
 pub(crate) struct PreparedInstance {
     pub mesh: Arc<PreparedMesh>,
+    /// BVH to trace in place of the mesh's.
+    pub stretched: Option<StretchedBvh>,
     pub world_from_mesh: DAffine3,
     /// True if `world_from_mesh` is the identity.
     pub is_identity: bool,
@@ -65,26 +68,35 @@ impl ErrorBounds {
 }
 
 impl PreparedInstance {
-    pub fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3, category: i32) -> Self {
+    pub fn new(
+        object: &Object,
+        mesh: Arc<PreparedMesh>,
+        stretched: Option<StretchedBvh>,
+        origin: DVec3,
+        category: i32,
+    ) -> Self {
         let linear = object.world_from_mesh.matrix3;
-        let inverse = linear.inverse();
-        let of_point = linear.abs() * inverse.abs();
+        let stretch = stretched.as_ref().map_or(DMat3::IDENTITY, |own| own.stretch);
+        // From the coordinates that rays are traced in.
+        let traced = linear * stretch.inverse();
+        let of_point = traced.abs() * traced.inverse().abs();
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
-        let reach = (mesh.upper - mesh.center).max(mesh.center - mesh.lower).max_element();
+        let reach = (stretch.abs() * (mesh.upper - mesh.center).max(mesh.center - mesh.lower)).max_element();
         Self {
             error_bounds: ErrorBounds {
                 per_point: of_point,
-                per_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
+                per_mesh: of_point * place + traced.abs() * DVec3::splat(2.0 * reach),
             },
             is_identity: object.world_from_mesh == DAffine3::IDENTITY,
             world_from_mesh: object.world_from_mesh,
-            normal_from_mesh: inverse.transpose(),
+            normal_from_mesh: linear.inverse().transpose(),
             flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
             is_visible: object.visible,
             is_catcher: object.shadow_catcher,
             mesh,
+            stretched,
         }
     }
 
@@ -100,19 +112,23 @@ impl PreparedInstance {
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
-    /// Instance of the mesh's BVH in scene-local coordinates. One that is not visible is flattened to a point, which
+    /// Instance of the mesh's BVH, or of its stretched one, in scene-local coordinates. One that is not visible is flattened to a point, which
     /// nothing hits.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
         if !self.is_visible {
             return Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [[0.0; 4]; 3] };
         }
         let linear = self.world_from_mesh.matrix3;
+        let (bvh, linear) = match &self.stretched {
+            Some(StretchedBvh { bvh, stretch }) => (bvh, linear * stretch.inverse()),
+            None => (&self.mesh.bvh, linear),
+        };
         let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
         let row = |i: usize| {
             let row = linear.row(i);
             [row.x, row.y, row.z, place[i]].map(|value| value as f32)
         };
-        Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [row(0), row(1), row(2)] }
+        Instance { bvh: bvh.clone(), world_from_mesh: [row(0), row(1), row(2)] }
     }
 }
 

@@ -1,9 +1,9 @@
 //! Prepared meshes: BVHs, built once and refitted while only the vertices move.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use raycam_bvh::Bvh;
 use raycam_scene::mesh::surface::{PointTriangles, SurfaceTopology};
 use raycam_scene::{Mesh, World};
@@ -14,6 +14,7 @@ use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::prepare::family::{BuiltPart, SharedParts};
 use crate::prepare::watertight::is_watertight;
+use crate::thread_pool::in_pool;
 
 /// Mesh and its BVH, whose float32 vertices are relative to `center`.
 #[derive(Debug)]
@@ -23,6 +24,8 @@ pub(crate) struct PreparedMesh {
     pub lower: DVec3,
     pub upper: DVec3,
     pub center: DVec3,
+    /// BVHs of the mesh after a linear map, as long as an instance has them.
+    stretched: Mutex<Vec<(DMat3, Weak<Bvh>)>>,
     /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
     /// Topology, found on demand.
@@ -114,13 +117,9 @@ pub(crate) fn prepare_meshes(
 impl PreparedMesh {
     fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
         mesh.validate().map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
-        let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
-        check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = rounded_center(lower, upper);
-        let vertices = center_vertices(&mesh, center);
-        let bvh =
-            Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })?;
+        let bvh = build_bvh(index, &mesh, center, DMat3::IDENTITY)?;
         Ok(Self::new(mesh, bvh.sah_cost(), bvh, [lower, upper, center]))
     }
 
@@ -132,10 +131,33 @@ impl PreparedMesh {
             lower,
             upper,
             center,
+            stretched: Mutex::default(),
             is_closed: OnceLock::new(),
             surface: OnceLock::new(),
             point_triangles: OnceLock::new(),
         }
+    }
+
+    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Refitted, which costs rays nothing
+    /// where all boxes are squeezed alike, outside of the lock: threads must not wait for it.
+    pub fn stretched_bvh(&self, index: usize, stretch: DMat3) -> Result<Arc<Bvh>, RenderError> {
+        let known = || self.stretched.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known().iter().find(|(own, _)| *own == stretch).and_then(|(_, bvh)| bvh.upgrade());
+        if let Some(found) = found {
+            return Ok(found);
+        }
+        let stretched = || {
+            check_build_memory(index, &self.mesh)?;
+            let mut bvh = Bvh::clone(&self.bvh);
+            let vertices = local_vertices(&self.mesh, self.center, stretch);
+            let is_refitted = bvh.refit(&vertices, &self.mesh.triangles).is_ok();
+            if is_refitted { Ok(bvh) } else { build_bvh(index, &self.mesh, self.center, stretch) }
+        };
+        let bvh = Arc::new(in_pool(stretched)??);
+        let mut known = known();
+        known.retain(|(own, bvh)| *own != stretch && bvh.strong_count() > 0);
+        known.push((stretch, Arc::downgrade(&bvh)));
+        Ok(bvh)
     }
 
     /// Result of [`is_watertight`]. Computed outside of the cell: threads must not wait for it.
@@ -173,7 +195,7 @@ impl PreparedMesh {
         let (lower, upper) = mesh.bounds().filter(|_| same)?;
         let center = rounded_center(lower, upper);
         let mut bvh = Bvh::clone(&self.bvh);
-        bvh.refit(&center_vertices(mesh, center), &mesh.triangles).ok()?;
+        bvh.refit(&local_vertices(mesh, center, DMat3::IDENTITY), &mesh.triangles).ok()?;
         (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost)
             .then(|| Self::new(mesh.clone(), self.built_cost, bvh, [lower, upper, center]))
     }
@@ -198,8 +220,21 @@ pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
     if step > 0.0 && rounded.is_finite() { rounded } else { center }
 }
 
-/// Float32 vertices relative to `center`.
-fn center_vertices(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
+/// BVH of a mesh around `center`, after a linear map.
+fn build_bvh(index: usize, mesh: &Mesh, center: DVec3, stretch: DMat3) -> Result<Bvh, RenderError> {
+    check_build_memory(index, mesh)?;
+    let vertices = local_vertices(mesh, center, stretch);
+    Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })
+}
+
+/// Checks that there is memory for the tree of a mesh.
+fn check_build_memory(index: usize, mesh: &Mesh) -> Result<(), RenderError> {
+    let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
+    check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)
+}
+
+/// Float32 vertices relative to `center`, after a linear map.
+fn local_vertices(mesh: &Mesh, center: DVec3, stretch: DMat3) -> Vec<[f32; 3]> {
     let vertices = mesh.vertices.par_iter().with_min_len(1 << 14);
-    vertices.map(|&vertex| (vertex - center).as_vec3().to_array()).collect()
+    vertices.map(|&vertex| (stretch * (vertex - center)).as_vec3().to_array()).collect()
 }

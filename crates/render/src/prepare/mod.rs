@@ -10,6 +10,7 @@ pub(crate) mod instance;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod on_demand_scenes;
+pub(crate) mod stretch;
 pub(crate) mod texture;
 pub(crate) mod validate;
 mod watertight;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
 use crate::prepare::instance::PreparedInstance;
-use crate::thread_pool::with_pool;
+use crate::thread_pool::in_pool;
 
 /// Samples per triangle that pay for the build, with a margin, if instances are close.
 const SAMPLES_TO_PAY: u64 = 4;
@@ -46,7 +46,7 @@ impl Geometry {
         if *is_of_moved && rebraided.get().is_none() && rays >= enough() {
             // As the flattened scene: not inside of `get_or_init`.
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
-            let _ = rebraided.set(in_pool(build));
+            let _ = rebraided.set(in_pool(build).ok().flatten());
         }
     }
 
@@ -75,7 +75,7 @@ impl Geometry {
         if tree.get().is_none() {
             // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and one
             // of the same world would wait for itself. The first result wins; all are equal.
-            let _ = tree.set(in_pool(|| self.flatten()));
+            let _ = tree.set(in_pool(|| self.flatten()).ok().flatten());
         }
         tree.get().and_then(Option::as_ref)
     }
@@ -172,14 +172,6 @@ impl Geometry {
             vertices.par_extend(mesh.mesh.vertices.par_iter().with_min_len(1 << 14).map(local));
         }
         Scene::flattened(&vertices, &triangles, firsts, self.origin.to_array()).ok()
-    }
-}
-
-/// Runs a build in the current pool, or in one of this crate. `Default` where there is none.
-fn in_pool<T: Default + Send>(build: impl FnOnce() -> T + Send) -> T {
-    match rayon::current_thread_index() {
-        Some(_) => build(),
-        None => with_pool(None, build).unwrap_or_default(),
     }
 }
 

@@ -256,7 +256,9 @@ impl<'a> TileRenderer<'a> {
         active.clear();
         active.extend(0..pixels.len());
         std::mem::swap(&mut scratch.estimator, state);
-        self.trace_center_rays(scratch, control)
+        // The estimator has what the coverage needs of them.
+        let is_rolling = self.shutter.is_some_and(ShutterSlices::is_rolling);
+        if self.needs.truth || is_rolling { self.trace_center_rays(scratch, control) } else { Ok(()) }
     }
 
     /// Collects the blocks of a tile, and the pixels of those that any object can project to.
@@ -303,14 +305,18 @@ impl<'a> TileRenderer<'a> {
             return Ok(());
         }
         match self.shutter {
-            Some(shutter) if shutter.is_rolling() => self.trace_center_rays_by_row(shutter, scratch, control),
+            Some(shutter) if shutter.is_rolling() => self.trace_center_rays_by_row(shutter, scratch, control)?,
             _ => {
                 let (geometry, pixels) = (&self.world.geometry, &scratch.lists.pixels);
                 let center_rays = &mut scratch.truth.center_rays;
                 center_rays.trace(geometry, self.camera, pixels, self.settings, self.needs.skip_transparent);
-                Ok(())
             }
         }
+        if self.needs.coverage && self.needs.samples {
+            let hits = scratch.truth.center_rays.ground_truth_hits();
+            scratch.estimator.set_centers(hits.iter().map(|hit| hit.instance));
+        }
+        Ok(())
     }
 
     /// Uses the centre rays of the active pixels as their first samples.
@@ -358,13 +364,12 @@ impl<'a> TileRenderer<'a> {
             true => world.geometry.visible_instances(origins, directions, hits),
             false => vec![],
         };
-        let truth = scratch.truth.center_rays.ground_truth_hits();
         for (at, (&(pixel, _), hit)) in scratch.lists.batch.iter().zip(hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
             let is_out = *seen != INVALID_ID && world.geometry.is_left_out(self.settings.catchers, *seen);
             let seen = if is_out { &INVALID_ID } else { seen };
             // A single sample is the centre ray itself.
-            let same = !samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            let same = !samples || scratch.estimator.is_center(pixel, *seen);
             scratch.estimator.add_sample(pixel, same);
         }
     }

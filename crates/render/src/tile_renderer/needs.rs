@@ -11,6 +11,8 @@ use crate::settings::{Settings, TruthSurface};
 pub(crate) struct RenderNeeds {
     /// Exact rays through the pixel centres.
     pub center_rays: bool,
+    /// The same, for more than the coverage.
+    pub truth: bool,
     /// Filtered samples beside the centre rays.
     pub samples: bool,
     /// Hits of camera rays, for more than the ground truth.
@@ -34,8 +36,10 @@ impl RenderNeeds {
         let coverage = has(Channel::Coverage);
         let single = settings.samples == 1;
         let mut channels = settings.channels.iter();
+        let truth = channels.any(|&channel| channel.is_ground_truth() && channel != Channel::Coverage);
         Self {
-            center_rays: single || channels.any(|channel| channel.is_ground_truth()),
+            center_rays: single || truth || coverage,
+            truth,
             samples: !single && (color || coverage),
             shading: color || coverage,
             coverage,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from .._core import world_to_gltf
-from ..errors import SettingsError
-from ..render.frame import Frame
-from .files.film import filmed
-from .page import page
-from .scene.world_file import world_file
-from .session import Session
-from .stills import truth
+from ..._core import world_to_gltf
+from ...errors import SettingsError
+from ...render.frame import Frame
+from ..page import page
+from ..scene.world_file import world_file
+from ..session import Session
+from ..stills import truth
+from .film import filmed
 
 __all__ = ["film", "snapshot"]
 

@@ -1,0 +1,128 @@
+"""Answers that take their time, made beside the messages of their clients: explanations, files, films."""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from typing import Any
+
+from ..errors import Cancelled, Error, SettingsError
+from .files.outputs import film, snapshot
+from .probe import explained, values_at
+from .scheduler import failure
+from .session import Session
+
+__all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
+
+SLOW = ("explain", "snapshot", "copy", "film", "open")
+"""The messages whose answers take their time."""
+AT_ONCE = 4
+"""Answers that are made at the same time, of all clients."""
+MOST_WAITING = 4
+"""Messages of a client that wait for their answers, at most."""
+
+GRACE = 2.0
+"""Seconds that the end waits for answers that are being made."""
+
+
+class Answers:
+    """Makes the answers of all clients: those of one client in its order, those of others beside them.
+
+    Its threads are daemons, there while there is something to do: the end waits for none of them.
+    """
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._waiting: list[tuple[Session, dict[str, Any]]] = []
+        self._busy: list[Session] = []
+        self._threads = 0
+        self._ends = False
+
+    def queue_message(self, session: Session, message: dict[str, Any]) -> None:
+        """Answers a message when its turn comes; with a notice where too many of its client wait."""
+        with self._changed:
+            if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:
+                session.send_message(
+                    {"type": "notice", "text": "One thing after the other: answers are being made."}
+                )
+                return
+            self._waiting.append((session, message))
+            if self._threads < AT_ONCE and not self._ends:
+                self._threads += 1
+                threading.Thread(target=self._run, name="raycam answers", daemon=True).start()
+
+    def forget(self, session: Session) -> None:
+        """Leaves what a client waits for; the answer that is being made goes nowhere."""
+        with self._changed:
+            self._waiting = [each for each in self._waiting if each[0] is not session]
+
+    def close(self) -> None:
+        """Leaves everything. Films are stopped and take their files away; for the rest it waits for `GRACE` at most."""
+        with self._changed:
+            self._ends, self._waiting = True, []
+            for session in self._busy:
+                session.film_stop.set()
+            self._changed.wait_for(lambda: not self._busy, GRACE)
+
+    def _run(self) -> None:
+        """Answers until nothing waits for this thread."""
+        while (taken := self._take()) is not None:
+            session, message = taken
+            try:
+                answer(session, message)
+            except Exception as fault:  # of raycam: the next answers are made all the same
+                traceback.print_exc()
+                session.send_message({"type": "error", "text": failure(fault)})
+            finally:
+                with self._changed:
+                    self._busy = [each for each in self._busy if each is not session]
+                    self._changed.notify_all()
+
+    def _take(self) -> tuple[Session, dict[str, Any]] | None:
+        """The next message of a client for whom nothing is made yet; None where there is none, and the thread ends."""
+        with self._changed:
+            for number, (session, _) in enumerate(self._waiting):
+                if all(each is not session for each in self._busy):
+                    self._busy.append(session)
+                    return self._waiting.pop(number)
+            self._threads -= 1
+            return None
+
+
+def probe(session: Session, message: dict[str, Any]) -> None:
+    """Answers a probe."""
+    with session.lock:
+        camera, still = session.camera, session.still
+    u, v = message["u"], message["v"]
+    if u >= camera.size[0] or v >= camera.size[1]:
+        return
+    still = still if still and still.size == camera.size else None
+    values = values_at(session.world, camera, still, u, v, session.object_names)
+    session.send_message({"type": "values", "id": message["id"], "u": u, "v": v, "values": values})
+
+
+def answer(session: Session, message: dict[str, Any]) -> None:
+    """Answers a message of `SLOW`; what goes wrong is told to the client."""
+    try:
+        with session.lock:
+            camera = session.camera
+        if message["type"] == "explain":
+            if message["u"] >= camera.size[0] or message["v"] >= camera.size[1]:
+                raise SettingsError("the pixel is not in the picture")
+            parts, lines = explained(session.world, camera, message["u"], message["v"])
+            session.send_message({"type": "explained", **parts})
+            session.show_lines(lines)
+        elif message["type"] == "copy":
+            session.send_message({"type": "copied", "text": session.copied(message["format"])})
+        elif message["type"] == "open":
+            session.open_upload(message["name"])
+        else:
+            if message["type"] == "film":
+                name, media, data = film(session, message["seconds"], message["degrees"])
+            else:
+                name, media, data = snapshot(session, message["format"])
+            session.send_message({"type": "file", "name": name, "media": media}, [data])
+    except Cancelled as error:
+        session.send_message({"type": "notice", "text": f"{str(error).capitalize()}."})
+    except (Error, MemoryError, OSError) as error:
+        session.send_message({"type": "error", "text": str(error) or "out of memory"})

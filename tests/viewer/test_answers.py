@@ -1,0 +1,110 @@
+"""Slow answers: in the order of their client, beside those of others, and nobody's end waits for them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import raycam
+from raycam.viewer import answers
+from raycam.viewer.answers import AT_ONCE, MOST_WAITING, Answers
+from raycam.viewer.session import Session
+from support.patience import until
+
+
+class Slow:
+    """Answers that take until they are let go."""
+
+    def __init__(self) -> None:
+        self.begun: list[tuple[Session, int]] = []
+        self.gate = threading.Event()
+
+    def __call__(self, session: Session, message: dict[str, Any]) -> None:
+        self.begun.append((session, message["id"]))
+        assert self.gate.wait(60)
+
+
+@pytest.fixture
+def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[Slow]:
+    made = Slow()
+    monkeypatch.setattr(answers, "answer", made)
+    yield made
+    made.gate.set()
+
+
+def listening(world: raycam.World) -> tuple[Session, list[dict[str, Any]]]:
+    heard: list[dict[str, Any]] = []
+    session = Session(world, world.camera("front"))
+    session.send = lambda message, buffers: heard.append(message)
+    return session, heard
+
+
+def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
+    slow: Slow, small_world: raycam.World
+) -> None:
+    all_answers = Answers()
+    (one, _), (two, _) = listening(small_world), listening(small_world)
+    for number in range(3):
+        all_answers.queue_message(one, {"type": "explain", "id": number})
+    all_answers.queue_message(two, {"type": "explain", "id": 9})
+    until(lambda: len(slow.begun) == 2)
+    assert slow.begun == [(one, 0), (two, 9)]
+    slow.gate.set()
+    until(lambda: len(slow.begun) == 4)
+    assert [number for session, number in slow.begun if session is one] == [0, 1, 2]
+    all_answers.close()
+
+
+def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: raycam.World) -> None:
+    all_answers = Answers()
+    clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
+    for session, _ in clients:
+        all_answers.queue_message(session, {"type": "explain", "id": 0})
+    until(lambda: len(slow.begun) == AT_ONCE)
+    session, heard = clients[-1]
+    for number in range(1, MOST_WAITING + 1):
+        all_answers.queue_message(session, {"type": "explain", "id": number})
+    assert [each["type"] for each in heard] == ["notice"]
+    # Whoever leaves is forgotten: nothing more of it begins.
+    all_answers.forget(session)
+    slow.gate.set()
+    all_answers.close()
+    assert len(slow.begun) == AT_ONCE
+
+
+def test_the_end_does_not_wait_for_long_and_stops_films(
+    slow: Slow, small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(answers, "GRACE", 0.1)
+    all_answers = Answers()
+    session, _ = listening(small_world)
+    all_answers.queue_message(session, {"type": "film", "id": 0})
+    all_answers.queue_message(session, {"type": "film", "id": 1})
+    until(lambda: len(slow.begun) == 1)
+    all_answers.close()
+    assert session.film_stop.is_set()
+    slow.gate.set()
+    until(lambda: not any(each.name == "raycam answers" for each in threading.enumerate()))
+    assert len(slow.begun) == 1
+
+
+def test_a_fault_is_told_and_the_next_answer_is_made(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done: list[int] = []
+
+    def fails_once(session: Session, message: dict[str, Any]) -> None:
+        done.append(message["id"])
+        if message["id"] == 0:
+            raise RuntimeError("broken")
+
+    monkeypatch.setattr(answers, "answer", fails_once)
+    all_answers = Answers()
+    session, heard = listening(small_world)
+    for number in range(2):
+        all_answers.queue_message(session, {"type": "explain", "id": number})
+    until(lambda: done == [0, 1])
+    assert ["RuntimeError: broken" in each["text"] for each in heard] == [True]
+    assert "broken" in capsys.readouterr().err
