@@ -50,6 +50,17 @@ def base64_of(array: np.ndarray[Any, Any]) -> str:
 # Functions ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("odd", "low", "high"), [(0.5, 0.0, 0.5), (0.0, 0.0, 1e-12)])
+def test_a_range_shows_what_differs_where_nearly_all_values_are_the_same(
+    client: Tab, odd: float, low: float, high: float
+) -> None:
+    plane = (
+        f"{{ components: 1, values: Float32Array.from({{ length: 1000 }}, (_, i) => (i === 7 ? {odd} : 0)) }}"
+    )
+    found = client.evaluate(f"client.percentiles({plane}, 0)")
+    assert (found["low"], found["high"]) == (low, pytest.approx(high))
+
+
 @pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("level", [0, 6])

@@ -200,3 +200,15 @@ def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: 
         assert tab.evaluate("document.getElementById('message').classList.contains('error')")
     assert text_of(tab, "title") == "w"
     assert text_of(tab, "status-connection") == "connected"
+
+
+def test_a_narrow_page_needs_no_scrolling_sideways(tab: Tab, small_world: raycam.World) -> None:
+    title = "a very long name of a world file that does not end soon.toml"
+    server = Server(lambda: Session(small_world, small_world.camera("front"), samples=2, title=title), port=0)
+    tab.show(360, 700)
+    try:
+        opened(tab, server, 2)
+        assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    finally:
+        tab.show(1280, 800)
+        server.close()

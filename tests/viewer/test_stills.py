@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import raycam
 from raycam.render.frame import CHANNELS
@@ -30,6 +31,27 @@ def test_each_step_is_the_picture_of_its_samples(
             same = (frame["color"] == few["color"]).all(axis=2)
             assert same.all() if refinement.samples == 20 else same.any()
     assert refinement.refine(raycam.Cancel()) is None
+
+
+@pytest.mark.parametrize("kind", [Slices, FromScratch])
+def test_the_change_is_that_since_half_as_many_samples(
+    small_world: raycam.World, kind: type[Slices] | type[FromScratch]
+) -> None:
+    refinement = kind(small_world, small_world.camera("front"), "path", 64, 1)
+    shown: dict[int, np.ndarray] = {}
+    while refinement.samples < 64:
+        frame = refinement.step(raycam.Cancel())
+        if frame is None:
+            continue
+        shown[refinement.samples] = np.asarray(frame["color"], np.float64) @ [0.2126, 0.7152, 0.0722]
+        if refinement.change is not None:
+            share, since = refinement.change
+            now, before = shown[refinement.samples], shown[since]
+            assert 2 * since <= refinement.samples
+            assert share == pytest.approx(np.abs(now - before).mean() / np.abs(now).mean(), rel=1e-4)
+    assert refinement.change is not None
+    width, height = refinement.camera.size
+    assert refinement.rate * refinement.seconds == pytest.approx(64 * width * height)
 
 
 @pytest.mark.parametrize("kind", [Slices, FromScratch])

@@ -115,6 +115,13 @@ class Session:
         self.threads = threads
         self._measure()
         self.pivot: Floats = self.bounds.mean(axis=0)
+        self._begin()
+        self._told: tuple[Any, ...] = ()
+        """The outline of the world that the client was told last."""
+        self._start(**{name: value for name, value in (start or {}).items() if value is not None})
+
+    def _begin(self) -> None:
+        """Sets what is known of the client and of its pictures: nothing yet."""
         self.pace = Pace()
         self.send: Send | None = None
         """Sends a message to the client; None while none is connected."""
@@ -143,9 +150,6 @@ class Session:
         """Ends what is rendered of this version."""
         self.still: Frame | None = None
         """The newest picture of samples of this version."""
-        self._told: tuple[Any, ...] = ()
-        """The outline of the world that the client was told last."""
-        self._start(**{name: value for name, value in (start or {}).items() if value is not None})
 
     def _start(
         self,
