@@ -118,6 +118,11 @@ class Session:
         self.pace = Pace()
         self.send: Send | None = None
         """Sends a message to the client; None while none is connected."""
+        self._begin()
+        self._start(**{name: value for name, value in (start or {}).items() if value is not None})
+
+    def _begin(self) -> None:
+        """Begins with nothing shown and nothing told."""
         self.film_stop = threading.Event()
         """Ends the film that is made."""
         self.visible = True
@@ -145,7 +150,6 @@ class Session:
         """The newest picture of samples of this version."""
         self._told: tuple[Any, ...] = ()
         """The outline of the world that the client was told last."""
-        self._start(**{name: value for name, value in (start or {}).items() if value is not None})
 
     def _start(
         self,
