@@ -5,4 +5,4 @@ COMMENT_OPENINGS = {"bvh": 0, "scene": 0, "formats": 0, "render": 0, "web": 0, "
 BARE_NAMES = {"bvh": 0, "scene": 0, "formats": 0, "render": 0, "web": 0, "bindings": 0, "python": 3}
 LONG_FUNCTIONS = {"bvh": 0, "scene": 0, "formats": 0, "render": 0, "web": 0, "bindings": 0, "python": 2}
 CIRCLES = {"bvh": 0, "scene": 0, "formats": 0, "render": 0, "web": 0, "bindings": 0, "python": 0}
-LINES_OF_CRATES = 86_790
+LINES_OF_CRATES = 86_789
