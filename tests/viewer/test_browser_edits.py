@@ -225,9 +225,10 @@ def test_dropped_files_that_are_no_world_are_said_and_the_view_stays(
     path = tmp_path / name
     path.write_text(text)
     tab.drop(*place_of(tab, 24, 16, SIZE), [path])
+    # Not the notice that its bytes are there, which has its name.
+    tab.wait("document.getElementById('message').classList.contains('error')")
     tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
     tab.wait("!document.getElementById('message').hidden")
-    assert tab.evaluate("document.getElementById('message').classList.contains('error')")
     assert session.base is small_world
     x, y = place_of(tab, 24, 16, SIZE)
     camera = session.given
