@@ -148,7 +148,11 @@ class Visitor:
                 "size": {"width": width, "height": height, "ratio": 1},
                 "quality": {"integrator": chance.choice(["direct", "path"])},
                 "snapshot": {"format": chance.choice(["png", "html", "npz"])},
-                "overlay": {"cameras": chance.random() < 0.5, "explained": True},
+                "overlay": {
+                    "cameras": chance.random() < 0.5,
+                    "explained": True,
+                    "grid": chance.random() < 0.5,
+                },
             }
             self._send(kind, **fields.get(kind, {}))
 

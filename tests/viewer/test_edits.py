@@ -94,7 +94,8 @@ def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -
     assert contents["objects"][0] == {"name": "box", "visible": False}
     assert (contents["undo"], contents["redo"]) == (1, 0)
     first.receive({"type": "undo"})
-    assert second.base is small_world
+    assert second.base is first.base is not small_world  # a copy, without the trees of pictures
+    assert second.base.to_bytes() == small_world.to_bytes()
     first.receive({"type": "redo"})
     assert not second.base.objects[0].visible
     with pytest.raises(raycam.WorldError, match="redo"):

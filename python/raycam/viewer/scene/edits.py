@@ -1,6 +1,7 @@
 """Edits of objects and lights: a world that is changed by numbers, undone and redone.
 
-Each edit makes a world that shares what is built with the one before, so that undoing is going back to it.
+Each edit makes a world that shares what is built with the one before, so that undoing is going back to it. Worlds to
+go back to are copies, which hold none of the trees that pictures had built for them.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Edits:
     def replace(self, world: World) -> None:
         """Shows another world, as an edit that can be undone."""
         self._stroke = None
-        self._before = [*self._before[-MOST_STEPS + 1 :], self.world]
+        self._before = [*self._before[-MOST_STEPS + 1 :], self.world.copy()]
         self._after = []
         self._show(world)
 
@@ -86,7 +87,7 @@ class Edits:
         if not self._before:
             raise WorldError("there is nothing to undo")
         self._stroke = None
-        self._after.append(self.world)
+        self._after.append(self.world.copy())
         self._show(self._before.pop())
 
     def redo(self) -> None:
@@ -94,7 +95,7 @@ class Edits:
         if not self._after:
             raise WorldError("there is nothing to redo")
         self._stroke = None
-        self._before.append(self.world)
+        self._before.append(self.world.copy())
         self._show(self._after.pop())
 
     def _show(self, world: World) -> None:
