@@ -112,8 +112,8 @@ impl PreparedInstance {
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
-    /// Instance of the mesh's BVH, or of its stretched one, in scene-local coordinates. One that is not visible is flattened to a point, which
-    /// nothing hits.
+    /// Instance of the mesh's BVH, or of its stretched one, in scene-local coordinates. One that is not visible is
+    /// flattened to a point, which nothing hits.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
         if !self.is_visible {
             return Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [[0.0; 4]; 3] };
