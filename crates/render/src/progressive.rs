@@ -22,7 +22,7 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 /// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others: what
 /// was added before then starts anew, so it is little.
 const FIRST_ROUNDS: [u32; 2] = [2, 16];
-/// Samples that a later round adds, at most; until then it doubles them. Each finds the camera rays anew.
+/// Samples that a later round adds, at most; until then it doubles them: rays of small rounds share fewer triangles.
 const LARGEST_ROUND: u32 = 64;
 
 /// Frame to which samples are added. Each tile keeps its own number: its pixels are at any time those of

@@ -20,7 +20,6 @@ AT_ONCE = 4
 """Answers that are made at the same time, of all clients."""
 MOST_WAITING = 4
 """Messages of a client that wait for their answers, at most."""
-
 GRACE = 2.0
 """Seconds that the end waits for answers that are being made."""
 
@@ -28,7 +27,7 @@ GRACE = 2.0
 class Answers:
     """Makes the answers of all clients: those of one client in its order, those of others beside them.
 
-    Its threads are daemons, there while there is something to do: the end waits for none of them.
+    Its threads are daemons, there while there is something to do: the end waits for them for `GRACE` at most.
     """
 
     def __init__(self) -> None:
