@@ -72,5 +72,5 @@ def test_nerf_lenses_by_their_names(tmp_path: Path, model: Any, lens: list[float
 
 def test_nerf_refuses_what_it_would_mean_otherwise(tmp_path: Path) -> None:
     rational = ring(1, distortion=[-0.2, 0.05, 1e-3, 2e-3, 0.01, 0.1, 0.0, 0.0])
-    with pytest.raises(raycam.CameraError, match=r"more distortion than transforms.json"):
+    with pytest.raises(raycam.CameraError, match="camera 0.*k3"):
         write(table(), tmp_path, "nerf", cameras=rational)

@@ -193,7 +193,7 @@ def write(
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    late = [*late_times(plan), *unposed_cameras(plan)]
+    late = [*late_times(plan), *unposed_cameras(plan), *kind.notices(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
