@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..annotations.flow import check_rectified, disparity, flow
 from ..annotations.labels import Label
-from ..arguments import Bools, Floats, product
+from ..arguments import Floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from .lost import KEY, lost
