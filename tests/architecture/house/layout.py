@@ -27,7 +27,7 @@ ORDER = {
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
-        prepare/world motion ground_truth integrator tile_renderer annotations render render_many
+        prepare/world motion ground_truth integrator tile_renderer annotations queries render render_many
         progressive lib
     """,
     "web": """

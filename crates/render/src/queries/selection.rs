@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use raycam_bvh::{ExactHit, ExactRay, HitFilter};
 
-use crate::annotations::queries::fields::is_front;
 use crate::error::RenderError;
 use crate::ground_truth::convert::to_float_hit;
 use crate::prepare::geometry::Geometry;
+use crate::queries::fields::is_front;
 use crate::settings::TruthSurface;
 
 /// Side of a surface that a ray must come from.

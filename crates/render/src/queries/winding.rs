@@ -10,11 +10,11 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, HitFilter};
 
-use crate::annotations::queries::tasks::in_tasks;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::tasks::in_tasks;
 
 /// Directions of cones, of length 1: no two share a plane with an axis.
 const DIRECTIONS: [DVec3; 8] = [

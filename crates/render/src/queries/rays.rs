@@ -5,13 +5,13 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
 
-use crate::annotations::queries::fields::{Columns, Field, columns};
-use crate::annotations::queries::selection::Selection;
-use crate::annotations::queries::tasks::{self, NS_PER_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::fields::{Columns, Field, columns};
+use crate::queries::selection::Selection;
+use crate::queries::tasks::{self, NS_PER_RAY, in_tasks};
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]

@@ -7,12 +7,12 @@ use std::ops::Range;
 
 use raycam_bvh::{ExactRay, HitFilter};
 
-use crate::annotations::queries::fields::{Columns, Field, columns};
-use crate::annotations::queries::rays::RayArrays;
-use crate::annotations::queries::tasks::{self, NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::fields::{Columns, Field, columns};
+use crate::queries::rays::RayArrays;
+use crate::queries::tasks::{self, NS_PER_ALL_HITS_RAY, in_tasks};
 
 /// Crossings of a list of rays, sorted by (ray, t, instance, triangle).
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub struct Crossings {
 /// Crossings of each ray, at most `max_hits` a ray.
 ///
 /// # Errors
-/// As [`crate::annotations::queries::rays::cast_rays`].
+/// As [`crate::queries::rays::cast_rays`].
 pub fn intersections(
     world: &PreparedWorld,
     rays: &RayArrays,
@@ -71,7 +71,7 @@ pub fn intersections(
 /// Number of crossings of each ray; `signed`: those that leave less those that enter.
 ///
 /// # Errors
-/// As [`crate::annotations::queries::rays::cast_rays`].
+/// As [`crate::queries::rays::cast_rays`].
 pub fn count_intersections(
     world: &PreparedWorld,
     rays: &RayArrays,

@@ -5,12 +5,12 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_bvh::ExactRay;
 
-use crate::annotations::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
-use crate::annotations::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
+use crate::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
 
 /// Roundings of a placed vertex, as a fraction of its coordinates and of those of its box.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;

@@ -4,15 +4,15 @@ use glam::DVec3;
 use raycam_bvh::{ClosestPoint, INVALID_ID};
 use rayon::prelude::*;
 
-use crate::annotations::queries::inside::inside;
-use crate::annotations::queries::points::{PointArrays, search};
-use crate::annotations::queries::winding::winding_number;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::interaction::vector::unit_normal;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::PreparedInstance;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::inside::inside;
+use crate::queries::points::{PointArrays, search};
+use crate::queries::winding::winding_number;
 use crate::thread_pool::with_pool;
 
 /// Rule of the sign.
@@ -30,7 +30,7 @@ pub enum Sign {
 /// Distance of each point to the chosen objects, negative inside; +inf beyond `max_distance`.
 ///
 /// # Errors
-/// As [`crate::annotations::queries::points::closest_points`].
+/// As [`crate::queries::points::closest_points`].
 pub fn signed_distance(
     world: &PreparedWorld,
     query: &PointArrays,

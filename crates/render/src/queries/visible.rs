@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, HitFilter, squared_distance_to_triangle};
 
-use crate::annotations::queries::selection::{Selection, SelectionFilter};
-use crate::annotations::queries::tasks::{NS_PER_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::selection::{Selection, SelectionFilter};
+use crate::queries::tasks::{NS_PER_RAY, in_tasks};
 
 /// Pairs of points, in world coordinates.
 #[derive(Clone, Copy, Debug)]

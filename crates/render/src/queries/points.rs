@@ -4,13 +4,13 @@ use glam::DVec3;
 use raycam_bvh::{ClosestPoint, ExactHit, HitFilter, INVALID_ID};
 use rayon::prelude::*;
 
-use crate::annotations::queries::tasks;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::unit_normal;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::tasks;
 use crate::thread_pool::Workers;
 
 /// Points whose order is found at once.
