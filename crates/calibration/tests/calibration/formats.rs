@@ -171,8 +171,9 @@ fn mounts_written_to_a_camchain_are_read_back() {
             camera
         })
         .collect();
-    let read: Vec<RigMount> = again(&cameras, "kalibr").into_iter().map(|camera| camera.mount.unwrap()).collect();
-    let step = read[1].camera.t() - read[0].camera.t();
-    assert_eq!(step, DVec3::new(0.2, 0.0, 0.0));
-    assert_eq!(read[0].rig, read[1].rig);
+    let read = again(&cameras, "kalibr");
+    let step = read[1].camera().unwrap().c() - read[0].camera().unwrap().c();
+    assert_eq!(step, DVec3::new(-0.2, 0.0, 0.0));
+    let rigs: Vec<&str> = read.iter().map(|camera| camera.mount.as_ref().unwrap().rig.as_str()).collect();
+    assert_eq!(rigs[0], rigs[1]);
 }
