@@ -14,12 +14,12 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize("crate", CRATES)
 def test_rust_functions_fit_on_a_screen_or_two(crate: str) -> None:
     found = size.long_rust_functions(ROOT, crate)
-    assert len(found) <= limits.LONG_FUNCTIONS[crate], found
+    assert len(found) <= limits.LONG_FUNCTIONS.get(crate, 0), found
 
 
 def test_python_functions_fit_on_a_screen_or_two() -> None:
     found = size.long_python_functions(ROOT)
-    assert len(found) <= limits.LONG_FUNCTIONS["python"], found
+    assert len(found) <= limits.LONG_FUNCTIONS.get("python", 0), found
 
 
 def test_public_python_is_documented() -> None:
