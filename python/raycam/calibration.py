@@ -183,7 +183,8 @@ def load_cameras(
     one are resized to it, or refused where the aspect differs. `model` is the lens model for coefficients whose
     model the file does not specify, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and
     `axes` are those of matrices whose file states neither ("poses"; without them a notice says what was taken). Each
-    camera has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and yaw refer to.
+    camera has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and
+    yaw refer to.
 
     A trajectory of a body ("euroc", "kitti-360") gives cameras where the pose of `intrinsics` (`T_BS`) puts them on it.
     Notices tell what was assumed, left out, or looks mistaken: K of another resolution, a principal point outside.
