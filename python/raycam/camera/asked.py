@@ -93,7 +93,7 @@ def camera_of(world: World, camera: Any) -> Camera:
     )
 
 
-def only_camera(camera: Any, hint: str = "") -> Camera:
+def check_camera(camera: Any, hint: str = "") -> Camera:
     """The camera itself; raises `SettingsError` for anything else, where no world can name one."""
     if hasattr(camera, "_core") and hasattr(camera, "project"):
         found: Camera = camera

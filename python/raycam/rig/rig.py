@@ -13,10 +13,9 @@ from .. import _core
 from .._serialization import DictSerializable
 from ..annotations.flow import disparity
 from ..arguments import Floats, one_of, product, several, word
-from ..camera import Camera
+from ..camera import Camera, check_camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
-from ..camera.asked import only_camera
 from ..errors import CameraError
 from ..io.html_form import html_table
 from ..render import channel_names, render
@@ -58,7 +57,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         if not isinstance(cameras, Mapping):
             raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
         named = [
-            (word("the name of a camera", key), only_camera(camera)._core) for key, camera in cameras.items()
+            (word("the name of a camera", key), check_camera(camera)._core) for key, camera in cameras.items()
         ]
         self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), named), up)
 

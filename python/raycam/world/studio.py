@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import Floats, flag
-from ..camera.asked import only_camera
+from ..camera import check_camera
 from ..errors import WorldError
 from ..render.composition import FLOOR
 from .framing import axes_of
@@ -68,7 +68,7 @@ def add_ground(
 
 def add_studio(world: World, camera: Camera | None = None, *, ground: bool = True) -> None:
     """Adds the studio's lights, arranged around `camera`, and its floor; see `World.add_studio`."""
-    camera = None if camera is None else only_camera(camera)
+    camera = None if camera is None else check_camera(camera)
     ground = flag("ground", ground)
     toward, right, upward = _stage(world, camera)
     azimuth, elevation = math.radians(KEY_AZIMUTH), math.radians(KEY_ELEVATION)

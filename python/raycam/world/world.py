@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats, floats, one_of, real, size_of, thread_count, whole
-from ..camera import Camera
-from ..camera.asked import only_camera
+from ..camera import Camera, check_camera
 from ..errors import FormatError, WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
@@ -266,7 +265,7 @@ class World(RayQueries, PointQueries):
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
-        camera = only_camera(camera, hint)
+        camera = check_camera(camera, hint)
         self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
@@ -532,7 +531,7 @@ class World(RayQueries, PointQueries):
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.
         """
-        core = only_camera(camera)._core
+        core = check_camera(camera)._core
         return Camera._of(
             self._core.video_camera(core, real("time", time, what="seconds", error=WorldError)), self.up
         )
