@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from house import recipes
+from rules import recipes
 
 ROOT = Path(__file__).resolve().parents[2]
 RECIPES = recipes.recipes(ROOT)

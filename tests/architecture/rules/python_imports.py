@@ -1,7 +1,7 @@
 """Arrows between the files of a Python package.
 
 A name leads to the file that defines it: what a package's `__init__.py` hands on makes no arrow of its own. Imports
-inside functions count; those under `TYPE_CHECKING` never happen, and do not.
+inside functions and under `TYPE_CHECKING` count: they are dependencies, whenever they happen.
 """
 
 from __future__ import annotations
@@ -19,13 +19,15 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def is_for_types(node: ast.AST) -> bool:
-    """True of an `if TYPE_CHECKING:`, whose imports never happen."""
+    """True for `if TYPE_CHECKING:`, whose imports are only for type checkers."""
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
-def import_nodes(path: Path, *, top_level_only: bool = False) -> list[ast.Import | ast.ImportFrom]:
-    """The import statements of a file that happen when it runs."""
-    body = [node for node in tree_of(path).body if not is_for_types(node)]
+def import_nodes(
+    path: Path, *, top_level_only: bool = False, with_types: bool = False
+) -> list[ast.Import | ast.ImportFrom]:
+    """The import statements that are executed when the file runs; `with_types`: also those for type checkers."""
+    body = [node for node in tree_of(path).body if with_types or not is_for_types(node)]
     nodes = body if top_level_only else [inner for node in body for inner in ast.walk(node)]
     return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
 
@@ -47,7 +49,9 @@ def arrows(package: Path) -> dict[str, set[str]]:
     """For each file of the package, the files whose definitions it imports."""
     found: dict[str, set[str]] = {}
     for path in sorted(package.rglob("*.py")):
-        targets = {target for node in import_nodes(path) for target in _targets(package, path, node)}
+        targets = {
+            target for node in import_nodes(path, with_types=True) for target in _targets(package, path, node)
+        }
         own = {target.relative_to(package).as_posix() for target in targets if target != path}
         found[path.relative_to(package).as_posix()] = own
     return found
