@@ -20,11 +20,11 @@
 //! | `film` | channels, planes, tiles, estimators, display encoding |
 //! | `prepare` | world as described to world as traced |
 //! | `interaction` | position, normals, textures and vertex attributes at a hit |
-//! | `guiding` | caustic casters, caustic maps and guided directions |
 //! | `bsdf` | BSDFs, for one point and for batches |
 //! | `light` | lights, light tree, light samples |
 //! | `motion` | world states over the shutter |
 //! | `integrator` | path tracing, ambient occlusion, unlit colours |
+//! | `guiding` | path guiding: caustic casters, caustic maps, gaps; selected by `guiding_switch` |
 //! | `ground_truth` | exact rays through pixel centres and their channels |
 //! | `tile_renderer` | camera rays, shading and resolve of one tile |
 //! | `annotations` | flow, keypoints and amodal masks |
@@ -57,12 +57,14 @@ mod error;
 pub mod film;
 mod ground_truth;
 mod guiding;
+mod guiding_switch;
 mod integrator;
 mod interaction;
 mod light;
 mod lobes;
 mod memory;
 mod motion;
+mod path_guiding;
 mod prepare;
 mod progressive;
 pub mod queries;

@@ -13,6 +13,7 @@ use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::output_plane::OutputPlane;
 use crate::film::tile::Tile;
+use crate::guiding_switch::install_guiding;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Catchers, Settings};
@@ -152,6 +153,7 @@ impl Progressive {
         let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
         let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
         let renderer = workers.run(|| {
+            install_guiding(&self.prepared);
             self.prepared.prepare_light();
             TileRenderer::new(&self.prepared, shutter.as_ref(), &self.camera, &settings, self.region)
         });

@@ -13,6 +13,7 @@ use crate::film::film::Film;
 use crate::film::frame::Frame;
 use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
+use crate::guiding_switch::install_guiding;
 use crate::integrator::bright_path::BrightPath;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
@@ -238,6 +239,7 @@ impl RenderRequest<'_> {
     /// The renderer of a frame of these settings.
     fn renderer<'s>(&'s self, camera: &'s Camera, settings: &'s Settings) -> TileRenderer<'s> {
         if RenderNeeds::new(settings, camera, &self.world.geometry).color {
+            install_guiding(self.world);
             self.world.prepare_light();
         }
         TileRenderer::new(self.world, self.shutter, camera, settings, self.region)

@@ -203,6 +203,11 @@ pub(crate) struct MadeOnce<T> {
 }
 
 impl<T: Send + Sync> MadeOnce<T> {
+    /// The value, if it is known.
+    pub fn get(&self) -> Option<&T> {
+        self.value.get()
+    }
+
     /// The value, made now unless it is known.
     pub fn get_or_make(&self, make: impl FnOnce() -> T + Send) -> &T {
         let process = if HAS_THREADS { std::process::id() } else { 1 };

@@ -21,8 +21,8 @@ ORDER = {
         asset_loader lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
-        prepare/world motion ground_truth integrator tile_renderer annotations queries render render_many
+        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations queries render render_many
         progressive lib
     """,
     "web": """

@@ -5,7 +5,7 @@
 //! has density zero.
 //!
 //! [`diffuse`], [`specular`], [`phong`] and [`layered`] are the BSDFs of one point; [`conductor`], [`dielectric`] and
-//! [`principled`] are layers; [`batch`] has the frequent ones for many points. This folder uses `lobes`, `guiding`,
+//! [`principled`] are layers; [`batch`] has the frequent ones for many points. This folder uses `lobes`,
 //! `interaction` and `prepare`.
 
 pub(crate) mod batch;

@@ -121,7 +121,8 @@ mod tests {
     use crate::control::Control;
     use crate::film::channel::Channel;
     use crate::film::image_plane::ImagePlane;
-    use crate::guiding::Caustics;
+    use crate::guiding::{Caustics, LearnedGuiding};
+    use crate::path_guiding::{GuidingSlot, PathGuiding};
     use crate::prepare::world::PreparedWorld;
     use crate::render;
     use crate::settings::{Integrator, Settings};
@@ -176,8 +177,7 @@ mod tests {
     #[test]
     fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
-        let mut seen: Vec<_> = prepared
-            .caustic_candidates()
+        let mut seen: Vec<_> = find_caustic_candidates(&prepared.geometry)
             .iter()
             .filter(|caster| !caster.is_rough)
             .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
@@ -224,16 +224,16 @@ mod tests {
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
         let eye = DVec3::new(0.0, -5.0, 2.0);
         let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
+        let settings = |seed| Settings {
+            integrator: Integrator::Path,
+            samples: 256,
+            max_depth: Some(5),
+            channels: vec![Channel::Color],
+            seed,
+            ..Settings::default()
+        };
         let picture = |prepared: &PreparedWorld, seed| {
-            let settings = Settings {
-                integrator: Integrator::Path,
-                samples: 256,
-                max_depth: Some(5),
-                channels: vec![Channel::Color],
-                seed,
-                ..Settings::default()
-            };
-            let frame = render(prepared, &camera, &settings, &Control::new()).unwrap();
+            let frame = render(prepared, &camera, &settings(seed), &Control::new()).unwrap();
             match frame.plane(Channel::Color) {
                 Some(ImagePlane::F32 { data, .. }) => data.clone(),
                 other => panic!("{other:?}"),
@@ -243,11 +243,17 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
         let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
-        let casters = prepared.caustics().casters.clone();
-        prepared.guiding.caustics = Caustics { casters, ..Caustics::default() }.into();
-        let with = pictures(&prepared);
-        prepared.guiding.caustics = Caustics::default().into();
-        let without = pictures(&prepared);
+        let learned = LearnedGuiding::default();
+        learned.learn(&prepared.geometry, &prepared.lighting().lights, &settings(0));
+        let casters = learned.caustics(&prepared.geometry).casters.clone();
+        let mut of = |caustics: Caustics| {
+            prepared.guiding = GuidingSlot::default();
+            let guiding = LearnedGuiding { caustics: caustics.into(), ..LearnedGuiding::default() };
+            prepared.guiding.install(|_| Some(Box::new(guiding)));
+            pictures(&prepared)
+        };
+        let with = of(Caustics { casters, ..Caustics::default() });
+        let without = of(Caustics::default());
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
         let [guided, noise, plain] = all.map(|all| {

@@ -9,17 +9,16 @@ use rayon::prelude::*;
 
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::gaps::{PhotonSegment, find_gaps, systematic_counts};
+use crate::guiding::photon_pass::scatter;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::InteriorList;
-use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
-use crate::integrator::photon_pass::scatter;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::{LightSampleContext, SurfaceInteraction};
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
 use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
+use crate::path_guiding::MIN_GUIDED_SEGMENTS;
 use crate::prepare::geometry::Geometry;
-use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
@@ -51,23 +50,16 @@ struct GapPhoton {
     interior_list: InteriorList,
 }
 
-/// The first sample of a pixel that is guided to gaps: that of a picture which has taken far longer than to find them,
-/// whatever its samples and region. `None` for pictures whose samples are not guided.
-pub(crate) fn first_guided_sample(settings: &Settings, [width, height]: [u32; 2]) -> Option<u32> {
-    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
+/// Index of a pixel's first sample that is guided to gaps: an image that has taken this many samples has taken far longer than
+/// finding the gaps takes. Independent of the number of samples and of the region. `None` for images without guided samples.
+pub(crate) fn first_gap_sample(settings: &Settings, [width, height]: [u32; 2]) -> Option<u32> {
+    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
     let before = SAMPLES_BEFORE.div_ceil(u64::from(width) * u64::from(height));
     (settings.integrator == Integrator::Path && is_long).then_some(before as u32)
 }
 
-/// The gaps that samples in a world are guided to, found once.
-pub(crate) fn gaps_of<'a>(world: &'a PreparedWorld, settings: &Settings) -> &'a [CausticCaster] {
-    let find = || trace_gaps(world, settings.integrator.effective_lights(world));
-    if world.guiding.learns() { world.guiding.gaps.get_or_make(find) } else { &[] }
-}
-
 /// The gaps of a world that light passes; none where few photons go from surface to surface.
-pub(crate) fn trace_gaps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticCaster> {
-    let geometry = &world.geometry;
+pub(crate) fn trace_gaps(geometry: &Geometry, lights: &Lights) -> Vec<CausticCaster> {
     let halves = [0, 1].map(|half| {
         let batches = (0..LINES / BATCH).into_par_iter().map(|batch| lit_hits(geometry, lights, half, batch));
         let lit = batches.collect::<Vec<_>>().concat();

@@ -7,9 +7,11 @@ use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::cones::MAX_GAPS;
-use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT, TargetCone};
+use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT};
+use crate::lobes::cone_mixture::TargetCone;
 
+/// Maximum number of gaps: each costs time at every diffuse hit.
+pub(crate) const MAX_GAPS: usize = 8;
 /// Part of the variance that the first ball takes at least, of the photons that it was fitted to and of the others, and the
 /// same for the further ones; and the part that all take at least, of the others.
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];

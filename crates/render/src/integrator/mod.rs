@@ -14,26 +14,20 @@
 //! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
 //! * [`shade`]: one hit of any material.
-//! * [`light_visibility`]: shadow rays that find out where light sampling may be rare.
 //! * [`bright_path`]: the paths of a batch once more, with the surfaces and the light of the brightest, for notices.
-//! * [`gap_photons`]: photons from lit surfaces on, which find the gaps that later samples are guided to.
-//! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
 //!
-//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state light_visibility <- path_tracer <- direct_lighting <- shade <-
-//! batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `guiding`, `interaction`, `sampling` and `prepare`.
+//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting <- shade <- batch <- path
+//! <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `path_guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
 pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 pub(crate) mod direct_lighting;
-pub(crate) mod gap_photons;
-pub(crate) mod light_visibility;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
-pub(crate) mod photon_pass;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
 pub(crate) mod unlit;

@@ -13,6 +13,7 @@ pub(crate) mod albedo_grid;
 pub(crate) mod albedo_tables;
 pub(crate) mod classify;
 pub(crate) mod clearcoat;
+pub(crate) mod cone_mixture;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod phong_lobe;

@@ -1,4 +1,4 @@
-//! Prepared world: geometry, lighting and caustic guiding, composed.
+//! Prepared world: geometry, lighting and the slot of path guiding.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -8,9 +8,8 @@ use raycam_scene::{Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::{Caustics, Guiding};
 use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
+use crate::path_guiding::GuidingSlot;
 use crate::prepare::family::SharedParts;
 use crate::prepare::geometry::{Extent, Geometry, MAX_ORIGIN_RADII, world_bounds};
 use crate::prepare::instance::{PreparedInstance, object_bounds};
@@ -25,7 +24,7 @@ use crate::thread_pool::Workers;
 pub struct PreparedWorld {
     pub(crate) geometry: Geometry,
     lighting: Arc<LightingCell>,
-    pub(crate) guiding: Guiding,
+    pub(crate) guiding: GuidingSlot,
     family: Arc<PreparedFamily>,
 }
 
@@ -88,7 +87,7 @@ impl PreparedWorld {
         let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
         family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
         family.textures.keep(geometry.textures.iter());
-        Ok(Self { geometry, lighting, guiding: Guiding::default(), family: family.clone() })
+        Ok(Self { geometry, lighting, guiding: GuidingSlot::default(), family: family.clone() })
     }
 
     /// True if a world needs no new BVH and has few objects.
@@ -116,7 +115,7 @@ impl PreparedWorld {
         let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
         let materials = prepare_materials(&world.materials, &base.materials);
         let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone(), None)?;
-        let guiding = Guiding::within_exposure();
+        let guiding = GuidingSlot::within_exposure();
         let lighting = LightingCell::new(world, &geometry, [&reference.lighting])?;
         Ok(Self { geometry, lighting, guiding, family: family.clone() })
     }
@@ -131,21 +130,13 @@ impl PreparedWorld {
         self.lighting.is_made()
     }
 
-    /// The objects that may be caustic casters, found now unless they are known.
-    pub(crate) fn caustic_candidates(&self) -> &[CausticCaster] {
-        self.guiding.candidates(&self.geometry)
-    }
-
-    /// The casters, their maps and spots; none before they were found.
-    pub(crate) fn caustics(&self) -> &Caustics {
-        self.guiding.caustics(&self.geometry)
-    }
-
     /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();
-        self.caustic_candidates();
+        if let Some(guiding) = self.guiding.get() {
+            guiding.learn_geometry(&self.geometry);
+        }
     }
 
     /// Number of instances whose BVH `other` shares.
