@@ -40,14 +40,15 @@
 //! * MIS, multiple importance sampling: one estimate from several sampling strategies, here by the balance heuristic
 //!   (E. Veach and L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995).
 //! * Next-event estimation (NEE): a light sample and a shadow ray at every path vertex.
-//! * Russian roulette: a path ends at random, and survivors are weighted by the inverse probability (J. Arvo and D. Kirk,
-//!   "Particle Transport and Image Synthesis", SIGGRAPH 1990).
+//! * Russian roulette: a path ends at random, and survivors are weighted by the inverse probability (J. Arvo and D.
+//!   Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990).
 //! * Wavefront: all paths of a batch advance by one bounce, stage by stage (S. Laine, T. Karras and T. Aila,
 //!   "Megakernels Considered Harmful", HPG 2013).
 //! * Caustic: light that a mirror or a lens focuses on another surface.
 
 #![forbid(unsafe_code)]
-// Loops over lanes read several arrays by one index; frames and batches of lanes are converted by reference or in place.
+// Loops over lanes read several arrays by one index; frames and batches of lanes are converted by reference or in
+// place.
 #![allow(clippy::needless_range_loop, clippy::wrong_self_convention)]
 
 pub mod annotations;

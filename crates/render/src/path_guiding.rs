@@ -1,8 +1,8 @@
 //! Interface of path guiding, and the slot that holds it in a prepared world.
 //!
 //! Path guiding only changes how directions and lights are sampled, never the expected image: directions come from a
-//! [`ConeMixture`] with a known density, and lights are sampled at a known rate. Without guiding, images have more noise where
-//! light arrives through glass, from mirrors or through gaps.
+//! [`ConeMixture`] with a known density, and lights are sampled at a known rate. Without guiding, images have more
+//! noise where light arrives through glass, from mirrors or through gaps.
 
 use std::fmt::Debug;
 use std::sync::OnceLock;
@@ -27,7 +27,8 @@ pub(crate) trait PathGuiding: Debug + Send + Sync {
     /// Learns what the samples of an image need before the first one is traced, once per world.
     fn learn(&self, geometry: &Geometry, lights: &Lights, settings: &Settings);
 
-    /// Index of a pixel's first sample that is guided by [`PathGuiding::learn_late`]; `None` if there is no such sample.
+    /// Index of a pixel's first sample that is guided by [`PathGuiding::learn_late`]; `None` if there is no such
+    /// sample.
     fn first_late_sample(&self, settings: &Settings, size: [u32; 2]) -> Option<u32>;
 
     /// Learns what late samples need in addition, once per world.

@@ -1,10 +1,10 @@
-//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light arrives,
-//! and lights are sampled rarely from places that no light reaches directly.
+//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light
+//! arrives, and lights are sampled rarely from places that no light reaches directly.
 //!
 //! The rest of the renderer uses this folder through the trait [`PathGuiding`] only; `guiding_switch.rs` selects it.
 //!
-//! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that photons came from.
-//!   [`caustic_spots`]: places where photons gather. [`photon_pass`] traces the photons.
+//! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that photons came
+//!   from. [`caustic_spots`]: places where photons gather. [`photon_pass`] traces the photons.
 //! * [`gaps`]: gaps through which light arrives. [`gap_photons`] traces their photons.
 //! * [`light_visibility`]: from which parts of space lights are visible. [`visibility_rays`] traces the shadow rays.
 //! * [`sample_cones`]: sets the cones of a [`ConeMixture`] to all these targets.

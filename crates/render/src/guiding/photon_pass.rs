@@ -1,5 +1,5 @@
-//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate choose the
-//! casters, many fill their caustic maps.
+//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate
+//! choose the casters, many fill their caustic maps.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -29,15 +29,18 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Photons emitted to each caustic caster, and to all where there are many.
+/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons a caster", 11-23.
 const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
+/// Maximum number of photons emitted to all casters. Lab note: "2^18 photons at most", 11-26.
 const MAX_PHOTONS: u32 = 1 << 18;
-/// The same for the candidates whose thrown light is measured.
+/// Maximum number of photons emitted to each candidate to measure the light that it throws. Lab note: "2,048 photons",
+/// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
+/// Maximum number of photons emitted to all candidates. Lab note: "to each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
-/// Photons traced together.
+/// Photons traced together. Not tuned; results do not depend on it.
 const PHOTON_BATCH: u32 = 1 << 11;
-/// Surfaces that a photon may meet.
+/// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 8;
 
 #[derive(Clone, Copy)]
@@ -197,8 +200,8 @@ impl Photon {
     }
 }
 
-/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface. `None`
-/// for a photon that is absorbed.
+/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface.
+/// `None` for a photon that is absorbed.
 pub(crate) fn scatter(
     geometry: &Geometry,
     (hit, interaction): (&Hit, &SurfaceInteraction),
@@ -309,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_light_reaches_throws_none() {
+    fn unlit_objects_throw_no_light() {
         let world = world(gold(), true);
         assert_eq!(thrown_on(&world, DVec3::new(1.0, 0.5, 0.0)).1, 0.0);
     }

@@ -11,13 +11,17 @@ use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::cone_mixture::{ConeMixture, MAX_CONES};
 use crate::soa::{Vec3xN, lane_dvec3, lane_vec3, set_lane};
 
-/// Fraction of a surface's samples that casters may have, at most.
+/// Maximum fraction of a surface's samples that is guided to casters and gaps. Lab note: "Up to a fifth of the rays",
+/// 11-22; 0.3 to 0.5 were refused.
 pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
-/// Density of samples to a caster relative to uniform samples of the hemisphere, at most.
+/// Maximum density of samples towards a caster, relative to uniform samples of the hemisphere. Lab note: "at most 16
+/// times as densely", 11-22.
 pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
-/// Weight and density of the regions of caustic maps, and the fraction of the casters' weight that remains beside a map.
+/// Maximum fraction of a surface's samples that is guided by caustic maps. Lab note: "Constants of it", 11-23.
 const MAX_MAP_WEIGHT: f32 = 0.2;
+/// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times as densely", 11-23.
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
+/// Fraction of the casters' weight that remains next to a map. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 
 // One cone for each caster, gap and spot, and two for each map.
@@ -209,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_are_as_dense_as_they_say() {
+    fn sampled_directions_follow_their_density() {
         const HIGH: usize = 40;
         const AROUND: usize = 40;
         const FINE: usize = 32;

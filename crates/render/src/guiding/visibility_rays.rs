@@ -13,12 +13,14 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Points of a cube that look for light: a few, which suffice where most see it, and then the rest.
+/// Numbers of the points in a cube that shadow rays start from: the first few suffice in most lit cubes. Lab note: "32
+/// shadow rays", 11-26.
 const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
 /// True if rare light sampling may be faster: see [`crate::guiding::light_visibility::LightVisibility`].
 pub(crate) fn needs_light_visibility(lights: &Lights, settings: &Settings) -> bool {
-    // Infinite lights are visible from everywhere except closed rooms. A single light needs no random number to choose it.
+    // Infinite lights are visible from everywhere except closed rooms. A single light needs no random number to choose
+    // it.
     settings.integrator == Integrator::Path
         && !lights.has_infinite_samples()
         && lights.needs_choice(LightSampling::Importance)
@@ -114,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_light_reaches_is_hidden() {
+    fn cubes_without_visible_lights_are_hidden() {
         let (world, guiding) = (world(), LearnedGuiding::default());
         guiding.learn(&world.geometry, Integrator::Path.effective_lights(&world), &settings(1, 0));
         assert!(guiding.has_rare_light_sampling());

@@ -24,14 +24,15 @@ use crate::settings::Catchers;
 
 /// Segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
-/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every survivor is
-/// weighted up to a throughput of about one at the first roulette, which is more noise than the time is worth.
+/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every
+/// survivor is weighted up to a throughput of about one at the first roulette, which is more noise than the time is
+/// worth.
 const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
 /// Bounces after which roulette ends some paths of any throughput: light inside clear glass is never dimmed.
 const MAX_CERTAIN_BOUNCES: u32 = 11;
 const MAX_LATE_SURVIVAL: f32 = 0.95;
 
-/// Settings of the paths of one picture.
+/// Settings of the paths of one image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSettings<'a> {
     pub lights: &'a Lights,
@@ -321,8 +322,9 @@ impl PathTracer<'_> {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }
 
-    /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass such walls as
-    /// well: the next light is weighed as the point that scattered the path last sampled it, and the segment does not count.
+    /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass
+    /// such walls as well: the next light is weighed as the point that scattered the path last sampled it, and the
+    /// segment does not count.
     pub fn pass_straight(
         &self,
         path: &mut PathState,
@@ -364,7 +366,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
-            // Most paths are above the threshold and need no random number, which is dear.
+            // Most paths are above the threshold and need no random number, which is expensive.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
                 let [_, random] = self.samplers[path.ray_index].get_2d(dimension);

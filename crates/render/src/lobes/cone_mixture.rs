@@ -1,8 +1,9 @@
 //! Mixture of cosine-weighted and cone sampling for diffuse surfaces.
 //!
-//! A fraction of the samples is distributed uniformly in cones, the others follow the cosine. Every direction has the density of
-//! the whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for Light Transport
-//! Simulation", 1997, section 9.2.4), so any choice of cones is unbiased. Path guiding chooses the cones.
+//! A fraction of the samples is distributed uniformly in cones, the others follow the cosine. Every direction has the
+//! density of the whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for
+//! Light Transport Simulation", 1997, section 9.2.4), so any choice of cones is unbiased. Path guiding chooses the
+//! cones.
 
 use std::f32::consts::TAU;
 
@@ -109,8 +110,8 @@ impl<const N: usize> ConeMixture<N> {
     }
 
     /// Sets the cones of all lanes, and the weights that they would have alone, times `weight`; returns each
-    /// [`TargetCone::max_fraction`]. The arrays are local until they are full: loops that write into `self` while they read
-    /// the interactions are not vectorised.
+    /// [`TargetCone::max_fraction`]. The arrays are local until they are full: loops that write into `self` while they
+    /// read the interactions are not vectorised.
     #[inline(always)]
     pub fn set_cones(
         &mut self,

@@ -28,8 +28,8 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed worlds,
-/// moments) share. It lives as long as any of them.
+/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed
+/// worlds, moments) share. It lives as long as any of them.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
@@ -55,9 +55,9 @@ impl PreparedWorld {
         Self::in_family(world, &family, previous, threads, control)
     }
 
-    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving objects,
-    /// lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights are made by
-    /// the first picture that needs them. Checks `control` between meshes.
+    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving
+    /// objects, lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights
+    /// are made by the first image that needs them. Checks `control` between meshes.
     ///
     /// # Errors
     /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
@@ -120,17 +120,18 @@ impl PreparedWorld {
         Ok(Self { geometry, lighting, guiding, family: family.clone() })
     }
 
-    /// Lights, made now unless they are there.
+    /// Lights; created if necessary.
     pub(crate) fn lighting(&self) -> &Lighting {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }
 
-    /// True if the lights were made, by a picture of this world or of another with the same.
+    /// True if the lights are prepared, by an image of this world or of another world with the same lights.
     pub fn has_lighting(&self) -> bool {
         self.lighting.is_made()
     }
 
-    /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.
+    /// Prepares the parts of the world that lit images need, in the current pool: otherwise, waiting threads would
+    /// prepare them too.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();

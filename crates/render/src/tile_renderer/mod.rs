@@ -5,9 +5,9 @@
 //! └──> camera rays ──> hits ──> integrator ──> estimators ──> resolve ──> film
 //! ```
 //!
-//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film, [`rolling_shutter`] splits batches by the time
-//! that their rays see, [`screen_mask`] culls empty blocks, and [`needs`] decides which stages run. Uses everything
-//! below; nothing but `render` uses it.
+//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film,
+//! [`rolling_shutter`] splits batches by the time that their rays see, [`screen_mask`] culls empty blocks, and
+//! [`needs`] decides which stages run. Uses everything below; nothing but `render` uses it.
 
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
@@ -119,7 +119,8 @@ const FIRST_ADAPTIVE_CHECK: u32 = 64;
 /// Segments that a sample counts for in a closed room, at most.
 const MAX_SEGMENTS: u32 = 8;
 
-/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner there.
+/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner
+/// there.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
     let is_dark = || settings.integrator.effective_lights(world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();

@@ -28,7 +28,8 @@ fn ball() -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-/// Hits of a ball by rays along [`unit`] of `first` and on, and their diffuse batch, of which every second one is guided.
+/// Hits of a ball by rays along [`unit`] of `first` and on, and their diffuse batch, of which every second one is
+/// guided.
 pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBatch<DiffuseModel>) {
     let world = ball();
     let mut interactions = SurfaceInteractions::<LANES>::default();

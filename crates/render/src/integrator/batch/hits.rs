@@ -269,14 +269,14 @@ impl HitBatch {
     }
 }
 
-/// True if direct lighting of a path's hit is evaluated for the chunk, or there is none.
+/// True if direct lighting of a path's hit is evaluated for the chunk or not at all.
 fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
     let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
     tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit)
 }
 
-/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the rare
-/// path that leaves a medium without having entered it.
+/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the
+/// rare path that leaves a medium without having entered it.
 #[inline]
 fn interface_at<'a>(
     tracer: &PathTracer<'a>,
