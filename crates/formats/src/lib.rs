@@ -44,7 +44,9 @@ pub mod world_file;
 pub use crate::image::texture::{decode_texture, read_texture};
 pub use crate::io::asset_root::AssetRoot;
 pub use crate::io::memory_files::MemoryFiles;
-pub use crate::registry::{decode, decode_model, extensions, load, load_from_memory, load_within, read_model};
+pub use crate::registry::{
+    COMPANION_EXTENSIONS, decode, decode_model, extensions, load, load_from_memory, load_within, read_model,
+};
 pub use budget::Budget;
 pub use error::{FormatError, Location, Result, broken_link};
 pub use gltf::write as write_gltf;
