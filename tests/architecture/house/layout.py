@@ -41,7 +41,7 @@ ORDER = {
         annotations
         interop data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor bench demo cli
-        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
+        __main__ __init__ compat
     """,
 }
 
