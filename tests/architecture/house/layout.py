@@ -27,8 +27,8 @@ ORDER = {
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
-        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations queries render render_many
-        progressive lib
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        queries render render_many progressive lib
     """,
     "web": """
         failure request page lib
