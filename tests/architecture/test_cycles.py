@@ -9,28 +9,6 @@ from rules import graph, layout, python_imports, rust_facts
 from rules.source import CRATES
 
 ROOT = Path(__file__).resolve().parents[2]
-# Files of the cycles that are left, through imports for type checkers. This list must only shrink.
-KNOWN_CYCLES: dict[str, set[str]] = {
-    "python": {
-        *(
-            "annotations/flow.py",
-            "camera/asked.py",
-            "reference/picture.py",
-            "render/fireflies.py",
-            "render/many.py",
-        ),
-        *("render/progressive.py", "render/render.py", "render/sight.py", "rig/rig.py", "world/framing.py"),
-        *("world/studio.py", "world/targets.py", "world/world.py"),
-        *("explanation/explanation.py", "explanation/figure.py", "explanation/light_path.py"),
-        *(
-            "explanation/lighting.py",
-            "explanation/scene_figure.py",
-            "explanation/text.py",
-            "explanation/tree.py",
-        ),
-        "explanation/view.py",
-    }
-}
 
 
 def imports_of(part: str) -> graph.Arrows:
@@ -43,17 +21,12 @@ def imports_of(part: str) -> graph.Arrows:
 
 @pytest.mark.parametrize("part", [*CRATES, "python"])
 def test_files_import_each_other_without_cycles(part: str) -> None:
-    known = KNOWN_CYCLES.get(part, set())
-    assert [cycle for cycle in graph.circles(imports_of(part)) if not set(cycle) <= known] == []
+    assert graph.circles(imports_of(part)) == []
 
 
 @pytest.mark.parametrize("part", [*CRATES, "python"])
 def test_folders_import_only_folders_before_them(part: str) -> None:
-    known = KNOWN_CYCLES.get(part, set())
-    imports = {
-        name: targets - known if name in known else targets for name, targets in imports_of(part).items()
-    }
-    assert graph.upward_arrows(imports, layout.order_of(part)) == []
+    assert graph.upward_arrows(imports_of(part), layout.order_of(part)) == []
 
 
 @pytest.mark.parametrize("part", [*CRATES, "python"])
@@ -137,6 +110,38 @@ def test_imports_of_python_file(kind: str, tmp_path: Path) -> None:
         },
     )
     assert python_imports.arrows(package)["a.py"] == expected
+
+
+DELEGATING_IMPORTS = {
+    "inside a method": (
+        "class Rig:\n    def render(self):\n        from ..world.world import World\n",
+        set(),
+    ),
+    "only for types": ("if TYPE_CHECKING:\n    from ..world.world import World\n", set()),
+    "at the top": ("from ..world.world import World\n", {"world/world.py"}),
+    "of another file": ("def f():\n    from ..world.load import load\n", {"world/load.py"}),
+}
+
+
+@pytest.mark.parametrize("kind", DELEGATING_IMPORTS)
+def test_delegating_imports_do_not_count_inside_methods(kind: str, tmp_path: Path) -> None:
+    text, expected = DELEGATING_IMPORTS[kind]
+    files = {
+        "__init__.py": "",
+        "rig/__init__.py": "",
+        "rig/rig.py": text,
+        "world/__init__.py": "",
+        "world/world.py": "class World: ...\n",
+        "world/load.py": "def load(): ...\n",
+    }
+    assert python_imports.arrows(write(tmp_path / "raycam", files))["rig/rig.py"] == expected
+
+
+def test_delegations_are_in_use() -> None:
+    package = ROOT / "python" / "raycam"
+    for name, targets in layout.DELEGATIONS.items():
+        nodes = python_imports.all_imports(package / name)
+        assert targets <= python_imports.files_of(package, package / name, nodes), name
 
 
 def test_package_that_only_re_exports_is_in_no_cycle(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Arrows between the files of a Python package.
 
-A name leads to the file that defines it: what a package's `__init__.py` hands on makes no arrow of its own. Imports
-inside functions and under `TYPE_CHECKING` count: they are dependencies, whenever they happen.
+A name leads to the file that defines it: a re-export in a package's `__init__.py` makes no arrow of its own. Imports
+inside functions and under `TYPE_CHECKING` count, except the `DELEGATIONS` of the layout.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import ast
 from functools import cache
 from pathlib import Path
 
+from .layout import DELEGATIONS
 from .source import text_of
 
 
@@ -19,17 +20,20 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def is_for_types(node: ast.AST) -> bool:
-    """True for `if TYPE_CHECKING:`, whose imports are only for type checkers."""
+    """True of an `if TYPE_CHECKING:`, whose imports never happen."""
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
-def import_nodes(
-    path: Path, *, top_level_only: bool = False, with_types: bool = False
-) -> list[ast.Import | ast.ImportFrom]:
-    """The import statements that are executed when the file runs; `with_types`: also those for type checkers."""
-    body = [node for node in tree_of(path).body if with_types or not is_for_types(node)]
+def import_nodes(path: Path, *, top_level_only: bool = False) -> list[ast.Import | ast.ImportFrom]:
+    """The import statements of a file that happen when it runs."""
+    body = [node for node in tree_of(path).body if not is_for_types(node)]
     nodes = body if top_level_only else [inner for node in body for inner in ast.walk(node)]
     return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
+def all_imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
+    """All import statements of a file: at the top, in functions and under `TYPE_CHECKING`."""
+    return [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 def imported_packages(path: Path, *, top_level_only: bool = False) -> set[str]:
@@ -49,12 +53,16 @@ def arrows(package: Path) -> dict[str, set[str]]:
     """For each file of the package, the files whose definitions it imports."""
     found: dict[str, set[str]] = {}
     for path in sorted(package.rglob("*.py")):
-        targets = {
-            target for node in import_nodes(path, with_types=True) for target in _targets(package, path, node)
-        }
-        own = {target.relative_to(package).as_posix() for target in targets if target != path}
-        found[path.relative_to(package).as_posix()] = own
+        name = path.relative_to(package).as_posix()
+        at_start = files_of(package, path, import_nodes(path, top_level_only=True))
+        found[name] = files_of(package, path, all_imports(path)) - (DELEGATIONS.get(name, set()) - at_start)
     return found
+
+
+def files_of(package: Path, path: Path, nodes: list[ast.Import | ast.ImportFrom]) -> set[str]:
+    """The other files of the package that import statements of a file lead to."""
+    targets = {target for node in nodes for target in _targets(package, path, node)}
+    return {target.relative_to(package).as_posix() for target in targets if target != path}
 
 
 def _targets(package: Path, path: Path, node: ast.Import | ast.ImportFrom) -> set[Path]:
