@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
-PATIENCE = 40.0
+PATIENCE = 300.0
 """Seconds after which a test that waits for an event has failed. Nothing but a fault takes so long."""
 
 

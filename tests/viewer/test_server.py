@@ -518,7 +518,7 @@ def test_a_fault_of_ours_is_told_and_the_view_goes_on(
     monkeypatch.setattr(scheduling, "render", fail)
     session.images.restart()
     server.scheduler.wake()
-    assert "raycam failed at this" in client.hear("error")[0]["text"]
+    assert "ZeroDivisionError: oh" in client.hear("error")[0]["text"]
     monkeypatch.undo()
     session.images.restart()
     server.scheduler.wake()

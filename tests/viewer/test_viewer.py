@@ -157,5 +157,5 @@ def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:
         session = viewer._session()
         receive(session, {"type": "size", "width": 900, "height": 700, "ratio": 2})
         assert session.view.size == session.view.still_camera.size == (30, 20)
-    with pytest.raises(raycam.SettingsError, match="4000 x 3000.*1920 x 1080"):
+    with pytest.raises(raycam.SettingsError, match="4000 x 3000"):
         raycam.view(small_world, size=(4000, 3000), block=False, browser=False, port=0)
