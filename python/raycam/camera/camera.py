@@ -1,0 +1,147 @@
+"""The camera: `P = K R [I | -C]`, in the conventions of OpenCV and of Hartley and Zisserman."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import CameraError
+from ..io.html_form import html_table
+from ..io.other_names import no_attribute
+from ._arguments import Model, PixelCenter, Size, Up, lens_of, make, matrix, vector
+from ._constructors import Constructors
+from ._copies import Copies
+from ._geometry import refuse_other_types
+
+__all__ = ["Camera", "check_camera"]
+
+
+class Camera(Constructors, Copies):
+    """A camera, immutable; all numbers are float64.
+
+    Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
+    `P = K R [I | -C]`; pixel coordinates (u, v) run right and down, and the centre of the first pixel is (0, 0)
+    for `pixel_center="integer"` (OpenCV) or (0.5, 0.5) for `"half"` (COLMAP, OpenGL).
+
+    `K` [3, 3] is upper triangular with focal lengths > 0, in pixels: `[[fx, skew, cx], [0, fy, cy], [0, 0, 1]]`.
+    `R` [3, 3] is the rotation camera_from_world, `C` [3] the centre in the world. `size` is (width, height).
+    `skew` may be given separately if K has none. `up` ("z" or "y") only affects `roll_pitch_yaw`.
+
+    `distortion` are the coefficients of the lens `model`, which is applied between R and K:
+
+    ============================ ==================================================================================
+    "opencv"                     4, 5, 8, 12 or 14: `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]`
+    "fisheye"                    OpenCV's fisheye, Kalibr's equi: `k1 k2 k3 k4` (0: the equidistant fisheye)
+    "thin_prism_fisheye"         COLMAP's: `k1 k2 p1 p2 k3 k4 sx1 sy1`
+    "rad_tan_thin_prism_fisheye" COLMAP's, Project Aria's: `k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3`
+    "fov"                        COLMAP's FOV, Kalibr's fov: `omega`
+    "division"                   COLMAP's DIVISION: `k`
+    "omni"                       unified, Kalibr's omni, OpenCV's omnidir: `xi` or `xi k1 k2 p1 p2`
+    "eucm", "ds"                 enhanced unified `alpha beta`, double sphere `xi alpha`, as in Kalibr
+    "equirectangular"            none; see `Camera.equirectangular`
+    "cylindrical"                none; see `Camera.cylindrical`
+    ============================ ==================================================================================
+
+    Coefficients of "opencv" and "division" that are all 0 mean no lens. A lens model is used around the principal axis
+    as far as the model is one-to-one, which may reach behind the camera; `valid` tells which pixels that are. Pixels
+    beyond have no ray (NaN) and show the background. Points beyond have no pixel (NaN) and are not visible.
+
+    Raises `CameraError` if K has another form, R is not a rotation (with the deviation), a number is not finite, the
+    size is 0 or exceeds 65536 per side or 2^28 pixels, or the number of coefficients does not fit the lens.
+
+    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; OpenCV's `calib3d` and `fisheye`
+    (Kannala and Brandt 2006); COLMAP's `sensor/models.h`; Devernay and Faugeras 2001 (fov); Fitzgibbon 2001
+    (division); Mei and Rives 2007 (omni); Khomutenko et al. 2016 (eucm); Usenko et al. 2018 (ds).
+    """
+
+    __slots__ = ()
+
+    def __init__(
+        self,
+        K: npt.ArrayLike,
+        R: npt.ArrayLike,
+        C: npt.ArrayLike,
+        size: Size,
+        *,
+        skew: float | None = None,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> None:
+        k = matrix("K", K)
+        if skew is not None:
+            if k[0, 1] != 0.0:
+                raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
+            k[0, 1] = skew
+        made = make("", k.tolist(), matrix("R", R).tolist(), vector("C", C), size, pixel_center)
+        self._set(made, up, lens_of(distortion, model))
+
+    def _require_pinhole(self, what: str) -> None:
+        """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
+        if self._lens is not None:
+            raise CameraError(
+                f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
+                f"{self._lens[1]}): give it the camera without distortion"
+            )
+        if self.is_parallel:
+            raise CameraError(
+                f"{what} starts its rays at the camera centre C, and this camera has parallel rays: its centre lies "
+                "at infinity"
+            )
+        if self.shutter is not None:
+            raise CameraError(
+                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()"
+            )
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows."""
+        name, *lines = repr(self).split("\n")
+        rows = [line.partition(" = ")[::2] for line in re.split(r"\n {4}(?=\S)", "\n".join(lines)[4:])]
+        return html_table(name, ("", ""), [(key, " ".join(value.split())) for key, value in rows])
+
+    if not TYPE_CHECKING:  # type checkers shall see what is missing
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            raise no_attribute(self, name)
+
+    def __repr__(self) -> str:
+        """Size, K, R, C, angles and lens as text."""
+        with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
+            indent = " " * 8
+            k, r = (str(m).replace("\n", "\n" + indent) for m in (self.K, self.R))
+            angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
+            width, height = self.size
+            where = (
+                f"center = {self.center}, location = {self.location}" if self.is_parallel else f"C = {self.C}"
+            )
+            lines = [
+                f'Camera {width} x {height}, pixel_center="{self.pixel_center}"',
+                f"K = {k}",
+                f"R = {r}",
+                where,
+                f"roll, pitch, yaw = {angles} degrees ({self._up} up)",
+            ]
+            if self._lens is not None:
+                lines.append(f"distortion = {self._lens[1]} ({self._lens[0]})")
+            if self.background is not None:
+                lines.append(f"background = {self.background.image}")
+            for name, value in (
+                ("aperture", self.aperture),
+                ("vignetting", self.vignetting),
+                ("shutter", self.shutter),
+            ):
+                if value is not None:
+                    lines.append(f"{name} = {value}")
+            return "\n    ".join(lines)
+
+
+def check_camera(camera: object, hint: str = "") -> Camera:
+    """Returns `camera`; raises `SettingsError` with the `hint` unless it is a `Camera`."""
+    refuse_other_types(camera, hint)
+    assert isinstance(camera, Camera)
+    return camera

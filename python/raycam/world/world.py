@@ -1,0 +1,182 @@
+"""Worlds: loaded from a file, or built by hand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy.typing as npt
+
+from .. import _core
+from ..camera import Camera
+from ..errors import FormatError
+from ..io import memory_limits
+from ..io.atomic_files import write
+from ..io.html_form import html_table
+from ..io.other_names import no_attribute
+from ..notices import warn_all
+from .building import WorldBuilding
+from .description import plain
+from .point_queries import PointQueries
+from .ray_queries import RayQueries
+from .studio import add_ground, add_studio
+from .usd_files import usd_named
+
+__all__ = ["World"]
+
+
+class World(WorldBuilding, RayQueries, PointQueries):
+    """Objects (placed meshes), lights and cameras.
+
+    `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
+
+    `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any folder.
+    Relative names start from `folder` (default: the current folder). Files named in a file inside `folder` are read
+    from anywhere inside `folder`, those of another file only from the folder of that file, as in `load`.
+
+    A world is prepared for tracing on first use, and again after changes; unchanged parts are not rebuilt. Several
+    threads may use a world at the same time.
+
+    `texture_memory` bounds the memory of images, in bytes or as "512 MiB". If the images with their mip maps exceed it,
+    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; pictures stay the
+    same.
+    """
+
+    __slots__ = ()
+
+    def __init__(
+        self,
+        up: Literal["z", "y"] = "z",
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        texture_memory: int | str | None = None,
+    ) -> None:
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        self._folder = None if folder is None else os.fspath(Path(folder).absolute())
+        self._core = _core.World(up, self._folder or "", limit)
+        self._bare: World | None = None
+
+    @classmethod
+    def from_dict(
+        cls,
+        description: Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] = ".",
+        texture_memory: int | str | None = None,
+    ) -> World:
+        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
+
+        Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
+        description can read nothing else. Raises the errors of `load`, without file and line.
+        """
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        with usd_named():
+            world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        warn_all(world.notices)
+        return world
+
+    def to_bytes(self) -> bytes:
+        """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
+
+        Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
+        and the bytes have their paths. Raises `WorldError` if the textures, which
+        the bytes include, exceed `texture_memory`.
+        """
+        return _core.world_to_bytes(self._core)
+
+    @classmethod
+    def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
+        """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
+        if not isinstance(data, bytes | bytearray | memoryview):
+            raise FormatError(f"data must be the bytes of World.to_bytes, not {type(data).__name__}")
+        return cls._of(
+            _core.world_from_bytes(
+                bytes(data), memory_limits.parse_size("texture_memory", texture_memory), ""
+            )
+        )
+
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
+
+        Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
+        bulbs, spots, the node tree and its animations. Positions become float32. A z-up world is put below a node that
+        rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and `OSError`.
+        """
+        data, notices = _core.world_to_gltf(self._core)
+        write(path, data)
+        warn_all(notices)
+        return notices
+
+    def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
+        """Pickles the world as `to_bytes` does; raises its errors."""
+        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory)
+
+    def add_ground(
+        self,
+        *,
+        height: float | None = None,
+        size: float | None = None,
+        color: npt.ArrayLike | str | None = None,
+        name: str = "ground",
+        **material: Any,
+    ) -> int:
+        """Adds a level square under the world, for shadows to fall on; returns its id.
+
+        `height` is its coordinate along the up axis in metres (default: just below the lowest point), `size` its side
+        (default: a hundred diagonals of the world's bounds). `color` (default: a light grey) and `material` are
+        keys of `add_object`; a taken `name` gets a number. Raises `WorldError` for an empty world without both numbers.
+        """
+        return add_ground(self, height=height, size=size, color=color, name=name, **material)
+
+    def add_studio(self, camera: Camera | None = None, *, ground: bool = True) -> None:
+        """Adds the studio in which worlds without lights and cameras are shown.
+
+        A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
+        and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
+        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
+        """
+        add_studio(self, camera, ground=ground)
+
+    def in_studio(self, camera: Camera, *, ground: bool = True) -> World:
+        """Returns a copy in the studio (see `add_studio`) whose `without_studio` is this world."""
+        copy = self.copy()
+        add_studio(copy, camera, ground=ground)
+        copy._bare = self
+        return copy
+
+    @property
+    def without_studio(self) -> World:
+        """The world before `in_studio` added the studio; any other world is returned unchanged.
+
+        Ground truth of a world in the studio describes this world, so that the studio's floor counts as background.
+        """
+        return self if self._bare is None else self._bare
+
+    def _repr_html_(self) -> str:
+        """The table of objects that a notebook shows, with lights and cameras below."""
+        rows = [(item.id, item.name, item.category or "", item.triangles) for item in self.objects]
+        notes = [f"light: {light['type']}" for light in self.lights]
+        notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
+        return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
+
+    if not TYPE_CHECKING:  # type checkers shall see what is missing
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises `AttributeError`, which says what is meant by a name of another library."""
+            raise no_attribute(self, name)
+
+    def __repr__(self) -> str:
+        """The counts as text."""
+        counts = self.counts
+        return (
+            f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
+            f"{counts['lights']} lights, {counts['cameras']} cameras"
+        )
+
+
+def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) -> World:
+    world = World._of(_core.world_from_bytes(data, texture_memory, folder or ""))
+    world._folder = folder
+    return world
