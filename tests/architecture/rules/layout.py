@@ -39,7 +39,7 @@ ORDER = {
     "python": """
         errors notices progress arguments _serialization io camera rig usd world calibration reference render
         annotations
-        interop data randomize jobs cluster video dataset calibration_check explanation viewer
+        interop data randomize jobs cluster video dataset calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
     """,
