@@ -52,7 +52,9 @@ pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
-pub use texture::{Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap};
+pub use texture::{
+    ByteString, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap,
+};
 pub use up::Up;
 pub use video::Video;
 pub use world::{Object, World};

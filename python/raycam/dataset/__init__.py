@@ -247,6 +247,7 @@ def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) 
                 write_file(job.folder / name, pieces)
                 names.append(name)
             job.mark_assembled(names)
+            job.release_package()
     return complete
 
 

@@ -215,7 +215,7 @@ impl Light {
             return None;
         }
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
-        *image = Arc::new(Image { texels: Texels::Float(texels), ..Image::clone(image) });
+        *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
         Some(format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0"))
     }
 

@@ -85,6 +85,7 @@ impl TextureTable {
         }
         let mut image = Arc::unwrap_or_clone(image);
         image.texels = image.texels.into_memory()?;
+        image.encoded = None;
         if let (true, Texels::Srgb8(texels)) = (data, &mut image.texels) {
             image.texels = Texels::Linear8(std::mem::take(texels));
         }

@@ -77,7 +77,7 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
                 .collect(),
         )
     };
-    Ok(Image { name: String::new(), size: [width as u32, height as u32], texels })
+    Ok(Image::new("", [width as u32, height as u32], texels))
 }
 
 impl Texel {
