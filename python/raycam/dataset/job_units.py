@@ -43,6 +43,9 @@ def job_package(format: str, plan: Plan) -> JobPackage:
     }
     if plan.rigs:
         settings["rigs"] = [shot.rig for shot in plan.shots]
+        settings["bodies"] = [
+            shot.body and [shot.body[0].tolist(), shot.body[1].tolist()] for shot in plan.shots
+        ]
     for key in ("label", "image"):
         values = [getattr(shot, key) for shot in plan.shots]
         if any(value is not None for value in values):
@@ -88,12 +91,13 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     options, rendering = settings["options"], settings["render"]
     if "recipe" not in settings:
         rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]
-        triples = zip(cameras, settings["times"], rigs, strict=True)
         nothing = [None] * len(cameras)
+        bodies = [body and (np.array(body[0]), np.array(body[1])) for body in settings.get("bodies", nothing)]
+        placed = zip(cameras, settings["times"], rigs, bodies, strict=True)
         names = zip(settings.get("labels", nothing), settings.get("images", nothing), strict=True)
         shots = [
-            View(camera, time, rig=rig, label=label, image=image)
-            for (camera, time, rig), (label, image) in zip(triples, names, strict=True)
+            View(camera, time, rig=rig, body=body, label=label, image=image)
+            for (camera, time, rig, body), (label, image) in zip(placed, names, strict=True)
         ]
         return Plan(world, shots, rendering, options, threads)
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])

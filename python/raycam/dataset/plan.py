@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..annotations.labels import Label, label
+from ..arguments import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..io.temp_stream import Piece
@@ -82,6 +83,8 @@ class View:
     """The name of the camera in the recipe's world; None if `camera` is the same for all worlds."""
     rig: tuple[int, str] | None = None
     """For a camera on a rig, the index of the rig's pose, and the camera's name on the rig."""
+    body: tuple[Floats, Floats] | None = None
+    """For a camera on a rig, the rotation body_from_world [3, 3] and the position [3] of the rig's body."""
     label: str | None = None
     """The name of the camera where it was given with one."""
     image: str | None = None

@@ -99,7 +99,11 @@ def views(
     images = cameras.images if isinstance(cameras, Cameras) else {}
     for number, (item, moment, label) in enumerate(zip(chosen_cameras, moments, labels, strict=True)):
         if isinstance(item, Rig):
-            found += [View(camera, moment, rig=(number, name), label=name) for name, camera in item.items()]
+            body = item.R, item.C
+            found += [
+                View(camera, moment, rig=(number, name), body=body, label=name)
+                for name, camera in item.items()
+            ]
         else:
             found.append(View(item, moment, label=label, image=images.get(label or "")))
     return found
@@ -132,7 +136,9 @@ def write(
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
       with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
-    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each picture)
+    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each image), `model_ids`
+      ({category or object name: obj_id}). Equal meshes are one model. Without `model_ids`, the obj_id is the category
+      if that is a whole number, or else a free number in the order of the categories' names
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
       pair, give the same; `flow` (False) adds optical flow to the next view
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
@@ -147,8 +153,10 @@ def write(
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
       from 1
     * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
-    * "mcap": a bag of ROS 2 with camera_info, PNG pictures, depth (32FC1, metres, NaN for none; `depth=False` leaves it
-      out) and poses world_from_camera, under `topic` ("/camera"); `fps` (30) for views without a time. Needs
+    * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; `depth=False` omits
+      it), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world, base_link
+      (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. `start_time` (1.0 s)
+      is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views without a time. Needs
       `raycam[mcap]`
     * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
