@@ -153,8 +153,8 @@ def write(
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
       from 1
     * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
-    * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; `depth=False` omits
-      it), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world, base_link
+    * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
+      `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world, base_link
       (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. `start_time` (1.0 s)
       is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views without a time. Needs
       `raycam[mcap]`
