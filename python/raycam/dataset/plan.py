@@ -23,6 +23,7 @@ from ..randomize import Recipe
 from ..render import render
 from ..render.frame import Frame
 from ..world import Object, World
+from .world_sequence import WorldSequence
 
 __all__ = [
     "NO_LENSES",
@@ -101,7 +102,7 @@ class Plan:
         rendering: Mapping[str, Any],
         options: Mapping[str, Any],
         threads: int | None = None,
-        recipe: Recipe | None = None,
+        recipe: Recipe | WorldSequence | None = None,
         known: Plan | None = None,
     ) -> None:
         if not shots:
@@ -117,7 +118,7 @@ class Plan:
         self.threads = threads
         """The number of threads for a view."""
         self.recipe = recipe
-        """The recipe of the worlds; None for a single world."""
+        """The source of many worlds, a recipe or a caller's worlds; None for a single world."""
         self.whole = known
         """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
         self.watch: Callable[[int, int], object] | None = None
