@@ -185,8 +185,8 @@ def write(
     function that returns world i, with their number `count`. They are written as a recipe's worlds are, each seen by
     its own cameras, which have the same names in all worlds, or by `cameras`. `categories` names the categories of all
     worlds; by default, a list's worlds give them, or else the first world. The worlds are made in this process, on all
-    threads; `shard` divides them among several. A resumed call does not need the worlds of finished views again, except for
-    index files of "bop" and of formats with a data set for each world, which require a list or a function.
+    threads; `shard` divides them among several. A resumed call does not need the worlds of finished views again, except
+    for index files of "bop" and of formats with a data set for each world, which require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one
     with its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool` and
