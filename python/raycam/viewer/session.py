@@ -481,7 +481,7 @@ class Session:
         self.changed()
 
     def _lens(self, message: dict[str, Any]) -> None:
-        K = self.given.K
+        K = self.given.K.copy()
         K[0, 0], K[1, 1], K[0, 2], K[1, 2] = (float(message[name]) for name in ("fx", "fy", "cx", "cy"))
         self.given = self.given.replace(K=K, distortion=message["distortion"] or None)
         self.name = ""
