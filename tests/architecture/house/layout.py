@@ -26,9 +26,9 @@ ORDER = {
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
-        prepare/world motion ground_truth integrator tile_renderer annotations queries render render_many
-        progressive lib
+        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        queries render render_many progressive lib
     """,
     "web": """
         failure request page lib
