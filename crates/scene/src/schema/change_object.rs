@@ -180,7 +180,8 @@ impl ObjectSpec {
         }
         let next = world.textures.len();
         let colored = self.face_colors.is_some() || self.vertex_colors.is_some();
-        let (additions, read) = self.additions(keys, self.file_axes(world.up), next, files, &LoadedMeshes::default(), false)?;
+        let (additions, read) =
+            self.additions(keys, self.file_axes(world.up), next, files, &LoadedMeshes::default(), false)?;
         let Additions { mesh, materials, textures, notices, .. } = additions;
         let default = Material::for_mesh(old);
         let is_default = object.materials.iter().all(|&i| {

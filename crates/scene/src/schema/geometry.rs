@@ -65,9 +65,7 @@ impl FileAxes {
     /// about keeping the axes.
     fn notice(self, file: &str, from: &str, to: &str) -> Option<String> {
         match (self.target(), self.upright) {
-            (Some(_), _) => {
-                Some(format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it"))
-            }
+            (Some(_), _) => Some(format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it")),
             (None, None) => Some(format!(
                 "{file}: its up axis, {from}, is not turned to {to}, because matrix applies to the file's own axes; \
                  upright = true turns it before matrix is applied"
