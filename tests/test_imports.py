@@ -28,7 +28,7 @@ FORMER = {
     "raycam.explain_pixel": ["Candidate", "Explanation", "explain"],
     "raycam.jobs": ["Job"],
     "raycam.sample_view": ["see"],
-    "raycam.video": ["Film", "write_video"],
+    "raycam.video": ["VideoPlan", "write_video"],
     "raycam.video_job": ["job_folder", "make_video"],
 }
 

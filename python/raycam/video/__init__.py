@@ -22,7 +22,6 @@ from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
 from ..render.frame import Frame
-from ..render.old_names import current_names
 from ..rig import Rig
 from ..world import Animation, World
 from ..world.framing import framing_camera, moments_of
@@ -84,7 +83,6 @@ class VideoPlan:
         if world.video is None and animation is None:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
-        settings = current_names(settings)
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
             self.notices.append(
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
@@ -239,7 +237,6 @@ def write_video(
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
     sound, and `OSError` if files cannot be read or written.
     """
-    settings = current_names(settings)
     sound = None if audio is None else Path(audio)
     check_video(
         Path(path), lossless=lossless, alpha=bool(settings.get("transparent_background")), audio=sound
@@ -342,7 +339,3 @@ def _positive(name: str, value: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise SettingsError(f"{name} must be a number greater than 0, not {value!r}")
     return float(value)
-
-
-Film = VideoPlan
-"""Former name of `VideoPlan`, kept for one release."""

@@ -13,6 +13,7 @@ use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
 use crate::integrator::photon_pass::scatter;
+use crate::integrator::requirements::effective_lights;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::{LightSampleContext, SurfaceInteraction};
 use crate::light::light_sampling::LightSampling;
@@ -61,7 +62,7 @@ pub(crate) fn first_guided_sample(settings: &Settings, [width, height]: [u32; 2]
 
 /// The gaps that samples in a world are guided to, found once.
 pub(crate) fn gaps_of<'a>(world: &'a PreparedWorld, settings: &Settings) -> &'a [CausticCaster] {
-    let find = || trace_gaps(world, settings.integrator.effective_lights(world));
+    let find = || trace_gaps(world, effective_lights(settings.integrator, world));
     if world.guiding.learns() { world.guiding.gaps.get_or_make(find) } else { &[] }
 }
 

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Ray};
 
 use crate::guiding::light_visibility::LightVisibility;
+use crate::integrator::requirements::effective_lights;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::LightSampleContext;
 use crate::light::light_sampling::LightSampling;
@@ -20,7 +21,7 @@ const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
 /// Divides the space of a world into cubes, if light sampling may be rare in some: see [`LightVisibility`].
 pub(crate) fn prepare_light_visibility(world: &PreparedWorld, settings: &Settings) {
-    let lights = settings.integrator.effective_lights(world);
+    let lights = effective_lights(settings.integrator, world);
     // Infinite lights are seen from everywhere but closed rooms. One light needs no number that chooses it.
     let is_worth = settings.integrator == Integrator::Path
         && !lights.has_infinite_samples()
@@ -112,7 +113,7 @@ mod tests {
     }
 
     fn rate(world: &PreparedWorld, at: DVec3) -> f32 {
-        let lights = Integrator::Path.effective_lights(world);
+        let lights = effective_lights(Integrator::Path, world);
         let visibility = world.guiding.light_visibility.get().unwrap().as_ref().unwrap();
         visibility.rate(at - world.geometry.origin, |cell| sees_light(&world.geometry, lights, cell))
     }

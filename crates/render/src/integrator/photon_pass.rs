@@ -19,6 +19,7 @@ use crate::guiding::caustic_spots::find_spots;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
+use crate::integrator::requirements::effective_lights;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling};
@@ -53,7 +54,7 @@ struct Photon {
 
 /// Finds the caustic casters of a world and builds their maps once, if the paths of a picture are long enough to be guided.
 pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
-    let lights = settings.integrator.effective_lights(world);
+    let lights = effective_lights(settings.integrator, world);
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
     let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
     if is_guided && world.guiding.needs_photons() {

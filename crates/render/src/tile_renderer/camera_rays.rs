@@ -52,7 +52,7 @@ impl TileRenderer<'_> {
                 }
             }
             scratch.lists.active = all;
-            if self.settings.time.is_none() {
+            if self.settings.time_limit.is_none() {
                 control.advance_by((next - first) as usize);
             }
             first = next;
