@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .options import FILTERS, INTEGRATORS, RENDER_OPTIONS, VIEWS, RenderOptions
+from .options import FILTERS, INTEGRATORS, RENDER_OPTIONS, VIEWS, RenderOption, RenderOptions
 from .render import render
 from .request import DEFAULT_CHANNELS, SHADED_CHANNELS, Region, channel_names
 from .studio import STUDIO_NOTICE, is_unlit, studio_options
@@ -16,6 +16,7 @@ __all__ = [
     "STUDIO_NOTICE",
     "VIEWS",
     "Region",
+    "RenderOption",
     "RenderOptions",
     "channel_names",
     "is_unlit",
