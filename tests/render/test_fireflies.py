@@ -9,7 +9,7 @@ import pytest
 import raycam
 from raycam.notices import collected
 from raycam.render.fireflies import bright_pixels
-from raycam.render.render import request_of
+from raycam.render.request import image_request
 from scipy import ndimage
 
 SIDE = 0.004
@@ -107,7 +107,7 @@ def test_share_of_the_brightest_sample() -> None:
     pixels = [(x, 40) for x in range(0, 64, 8)]
     for samples in (1, 16):
         for seen in (world, even):
-            request, _, _ = request_of(
+            request, _, _ = image_request(
                 seen,
                 {"integrator": "path", "samples": samples, "max_depth": 6},
                 names=["color"],

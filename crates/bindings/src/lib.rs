@@ -27,7 +27,7 @@ mod core {
     #[pymodule_export]
     use crate::camera::rig::Rig;
     #[pymodule_export]
-    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
+    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_coefficients, lens_models};
     #[pymodule_export]
     use crate::cancel::Cancel;
     #[pymodule_export]
@@ -94,6 +94,12 @@ mod core {
     fn names_for_foreign_term(word: &str, expected: Vec<String>) -> Vec<String> {
         let names: Vec<&str> = expected.iter().map(String::as_str).collect();
         schema_names(word, &names).into_iter().map(str::to_owned).collect()
+    }
+
+    /// Extensions without the dot: of the files that `load` reads, and of the files that those name.
+    #[pyfunction]
+    fn file_extensions() -> (Vec<&'static str>, Vec<&'static str>) {
+        (raycam_formats::extensions().collect(), raycam_formats::COMPANION_EXTENSIONS.to_vec())
     }
 
     /// The instruction set that rays are traced with.
