@@ -57,8 +57,9 @@ def nearest(what: str, given: object, valid: list[str]) -> str:
 
     from ._core import names_for_foreign_term
 
-    names = {name.lower(): name for name in valid}
-    meant = names_for_foreign_term(str(given), valid)
-    meant = meant or [names[name] for name in difflib.get_close_matches(str(given).lower(), names, n=1)]
+    names, typed = {name.lower(): name for name in valid}, str(given).lower()
+    meant = names_for_foreign_term(typed, valid)
+    meant = meant or [names[name] for name in difflib.get_close_matches(typed, names, n=1)]
+    meant = meant or [name for name in valid if typed and name.lower().startswith(typed)]
     guess = f"; did you mean {' or '.join(map(repr, meant))}?" if meant else ""
     return f"unknown {what} {given!r}{guess} (there are: {', '.join(valid) or 'none'})"

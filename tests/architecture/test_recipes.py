@@ -16,12 +16,12 @@ ENUMS = {
     "A material": ("MaterialModel", "MaterialType"),
     "A light": ("Light", "PreparedLight"),
     "A channel": ("Channel",),
-    "An integrator": ("Integrator", "IntegratorName"),
+    "An integrator": ("Integrator",),
 }
 
 
 def test_there_is_a_recipe_for_what_people_add() -> None:
-    others = ["A file format", "A primitive", "A data set format", "An example"]
+    others = ["A file format", "A primitive", "A render option", "A data set format", "An example"]
     assert sorted(RECIPES) == sorted([*ENUMS, *others])
 
 

@@ -44,7 +44,7 @@ def room(lamp: str, material: dict[str, Any]) -> raycam.World:
     elif lamp == "point 1":
         intensity = [3e5 * SIDE**2] * 3
         world.add_light(
-            {"type": "bulb", "position": [0.5, 1.5, 1], "radius": SIDE / 2, "intensity": intensity}
+            {"type": "point", "position": [0.5, 1.5, 1], "radius": SIDE / 2, "intensity": intensity}
         )
         world.add_mesh(
             *quad([0.5, 1.4, 1], [0.5, 0, 0], [0, 0, 0.5]), material={"color": [0, 0, 0]}, name="shield"

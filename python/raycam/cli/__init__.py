@@ -128,13 +128,10 @@ def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Seq
     message = f"unrecognized arguments: {' '.join(others)}"
     option = next((word.partition("=")[0] for word in others if word.startswith("--")), "")
     having = [f"raycam {other}" for other, command in commands.items() if option in option_names(command)]
-    dashed = next((word for word in others if _is_dashed_name(word)), None)
     if meant := _meant_option(option, option_names(commands[name])):
         message += f"; did you mean {meant}?"
     elif having:
         message += f"; {option} is an option of {', '.join(having)}"
-    elif dashed is not None:
-        message += f"; for a file whose name begins with a dash, write ./{dashed}"
     commands[name].error(message)
 
 
@@ -241,12 +238,26 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Prints the message and exits with status 2."""
-        options = option_names(self)
-        for option, word in itertools.pairwise(self.words):
-            is_value = option in options and word not in options and word.partition("=")[0] not in options
-            if is_value and word.startswith("-") and "expected" in message:
-                message += f"; if {word} is a name, write ./{word} or {option}={word}"
+        if remedy := self._dash_remedy():
+            message += f"; for a name that begins with a dash, write {remedy}"
         self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
+
+    def _dash_remedy(self) -> str:
+        """Returns how to write the first word that begins with a dash, but is the name of a file; empty if none."""
+        takes_text = {
+            name
+            for action in self._actions
+            if action.nargs != 0 and action.type in (None, str)
+            for name in action.option_strings
+        }
+        for option, word in itertools.pairwise(["", *self.words]):
+            if not word.startswith("-") or word.partition("=")[0] in option_names(self):
+                continue
+            if option in takes_text:
+                return f"./{word} or {option}={word}"
+            if _is_dashed_name(word):
+                return f"./{word}"
+        return ""
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -85,15 +85,19 @@ ADAPTIVE_SAMPLES = _core.complete_render_options(None, {"time_limit": 1.0})["sam
 
 
 def given_options(options: Mapping[str, Any], arguments: Iterable[str] = ()) -> dict[str, Any]:
-    """Returns the options that are given, without those that are None.
+    """Returns the valid values of the options that are given, without those that are None.
 
-    Raises `SettingsError` for an unknown name, with the name that it means or resembles; `arguments` are other names
-    that the caller accepts.
+    Raises `SettingsError` for an invalid value, and for an unknown name with the name that it means or resembles;
+    `arguments` are other names that the caller accepts.
     """
     for name in options:
         if name not in RENDER_OPTIONS:
             raise SettingsError(_unknown_option(name, [*arguments, *RENDER_OPTIONS]))
-    return {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in options.items() if value is not None}
+    is_reference = isinstance(given.get("integrator"), str) and given["integrator"] == "reference"
+    own = {"integrator": given.pop("integrator")} if is_reference else {}
+    values = _core.complete_render_options(None, given)
+    return own | {name: values[name] for name in given}
 
 
 def _unknown_option(name: str, names: list[str]) -> str:

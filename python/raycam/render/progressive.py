@@ -36,7 +36,6 @@ class Progressive:
         camera: Camera | str | os.PathLike[str] | None = None,
         *,
         channels: Sequence[str] | str = ("color", "alpha"),
-        samples: int = ADAPTIVE_SAMPLES,
         frame: int = 0,
         region: Region | None = None,
         transparent_background: bool = False,
@@ -45,7 +44,8 @@ class Progressive:
         """Creates an image of `world`, seen by `camera`, without samples.
 
         `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
-        truth does not depend on the number of samples. `samples` is the number per pixel at which `add_for` stops.
+        truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
+        stops.
         `options` are the options of `render` except `noise_threshold` and `time_limit`. Shadow catchers are surfaces;
         the studio and backgrounds are not supported.
 
@@ -58,13 +58,12 @@ class Progressive:
         """
         self._options: dict[str, Any] = {
             "channels": channels,
-            "samples": samples,
             "frame": frame,
             "region": region,
             "transparent_background": transparent_background,
             **options,
         }
-        given = given_options(options, ("channels", "samples", "frame", "region", "transparent_background"))
+        given = given_options(options, ("channels", "frame", "region", "transparent_background"))
         for name in ("noise_threshold", "time_limit"):
             if name in given:
                 raise SettingsError(
@@ -86,13 +85,14 @@ class Progressive:
             )
         request, self._exposure, self._view = image_request(
             self._world,
-            {**given, "samples": samples},
+            {"samples": ADAPTIVE_SAMPLES, **given},
             names=names,
             surface="first",
             frame=frame,
             transparent_background=transparent_background,
             region=region,
         )
+        self._max_samples = request["samples"]
         request |= {"noise_threshold": None, "time_limit": None}  # of the world file
         self._clear = transparent_background
         self._core = _core.Progressive(self._world._core, self._camera._core, request)
@@ -171,7 +171,7 @@ def progressive(
     from ..errors import Cancelled
 
     picture = Progressive(world, camera, **options)
-    most = whole("samples", picture._options["samples"], 1, MAX_SAMPLES)
+    most = picture._max_samples
     try:
         while (least := picture.samples) < most:
             if every is None:

@@ -1,4 +1,4 @@
-//! What each integrator requires of a world: lights, and rays beyond the first hit.
+//! Requirements of integrators: lights, and rays beyond the first hit.
 
 use crate::light::lights::Lights;
 use crate::prepare::world::PreparedWorld;

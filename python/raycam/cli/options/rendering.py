@@ -101,7 +101,7 @@ def _add_render_option(group: argparse._ArgumentGroup, option: RenderOption) -> 
             help=f"no {option.name.replace('_', ' ')}, even if the world file specifies it",
         )
         return
-    group.add_argument(name, metavar=metavar, type=TYPES.get(option.kind), help=text)
+    group.add_argument(name, metavar=metavar, type=TYPES.get(option.kind, str), help=text)
 
 
 def _help(option: RenderOption) -> str:
@@ -115,7 +115,8 @@ def _help(option: RenderOption) -> str:
     for where, values in {"in the studio": STUDIO_OPTIONS, "with --hdri": HDRI_OPTIONS}.items():
         if option.name in values:
             defaults.append(f"{where}: {values[option.name]}")
-    return text.replace("%", "%%") + (f" ({'; '.join(defaults)})" if defaults else "")
+    text = f"{text[0].lower()}{text[1:].removesuffix('.')}".replace("%", "%%")
+    return text + (f" ({'; '.join(defaults)})" if defaults else "")
 
 
 def _typed(name: str) -> str:

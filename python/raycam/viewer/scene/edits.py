@@ -158,7 +158,7 @@ def material(world: World, number: int) -> dict[str, Any]:
     found = json.loads(world._core.material(number, 0))
     if found is None:
         return {}
-    model = found["reflectance"]
+    model = found["model"]
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
     bytes_ = srgb_from_linear(np.array(found["color"], np.float32), 1.0, 8, "standard")
     return {
