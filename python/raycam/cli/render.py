@@ -217,7 +217,7 @@ def _picture(
     settings = {"view": "standard", **settings}  # the frame's look matches the background's
     clear = one("rendering", names, {**settings, "transparent_background": True})
     bare, _ = apply_look(world, camera, options, dict(settings))
-    if bare._bare is not None:
+    if bare.without_studio is not bare:
         clear = studio_shadow(clear, one("shadows", ["color"], dict(settings)))
     return over(clear, behind, keep=names)
 

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
+from ..render.arguments import camera_of, world_of
 from .frame import CHANNELS, Frame
 from .options import RenderOptions, given_options
 from .render import CATCHER_NOTICE, render

@@ -10,8 +10,8 @@ from .. import _core
 from .._core import Cancel
 from ..arguments import real, whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
+from ..render.arguments import camera_of, world_of
 from .frame import Frame
 from .options import ADAPTIVE_SAMPLES, MAX_SAMPLES, RenderOptions, given_options
 from .request import Region, channel_names, check_region, image_request

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 from .._core import Cancel
 from ..arguments import flag
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
 from ..notices import warn_all
+from .arguments import camera_of, world_of
 from .composition import over, shadow_ratio, studio_shadow
 from .fireflies import firefly_notices
 from .frame import CHANNELS, Frame
@@ -153,7 +153,7 @@ class _Image:
             names = list(dict.fromkeys([*names, "alpha", *(["shadow"] if hides_catchers else [])]))
         notices: list[str] = []
         if self.is_framed and "color" in names and is_unlit(world, camera, world.render_settings | options):
-            world = world._in_studio(camera, ground=not transparent)
+            world = world.in_studio(camera, ground=not transparent)
             options = studio_options(world.render_settings | options)
             notices = [STUDIO_NOTICE]
         if self.denoise:
@@ -233,9 +233,9 @@ def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
     """The channels; ground truth of a world in the studio describes the world without the studio."""
-    bare, names = world._bare, request["channels"]
+    bare, names = world.without_studio, request["channels"]
     truth = [name for name in names if name not in SHADED_CHANNELS]
-    if bare is None or not truth or request["transparent_background"]:
+    if bare is world or not truth or request["transparent_background"]:
         world.prepare(threads=request["threads"])
         return world._core.render(camera._core, request, progress)
     bare.prepare(threads=request["threads"])
@@ -254,7 +254,7 @@ def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, view: str
 ) -> list[str]:
     """The notices of `blank_notices` for a finished picture."""
-    shown = world if world._bare is None else world._bare
+    shown = world.without_studio
 
     def truth() -> Any:
         return shown._core.render(camera._core, unlit(request, ["instance"]), None)[0]["instance"]

@@ -53,7 +53,7 @@ def find_camera(world: World, options: argparse.Namespace, *, moving: bool = Fal
 
     If `moving`, the world fits during all of its motion.
     """
-    from ...camera.asked import UNPOSED, is_unposed_within
+    from ...render.arguments import UNPOSED, is_unposed_within
     from ...world.framing import framing_camera, moments_of
 
     if is_framed(world, options):

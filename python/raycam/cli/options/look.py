@@ -107,15 +107,14 @@ def apply_look(
         return world, settings
     if in_studio:
         floor = not transparent and options.ground is None and truth_of_world
-        world = world._in_studio(camera, ground=floor)
+        world = world.in_studio(camera, ground=floor)
         settings = studio_options(world.render_settings | settings)
     else:
         world = world.with_cameras({})
     _add_lights(world, options)
     if options.ground is not None:
         world.add_ground(**_ground(options))
-        if world._bare is not None:
-            world._bare = None  # a requested ground is part of the world
+        world = world.copy()  # a requested ground belongs to the ground truth
     if options.hdri is not None:
         own: dict[str, Any] = dict(HDRI_OPTIONS)
         if "noise_threshold" in settings or "time_limit" in settings:
