@@ -27,6 +27,8 @@ def test_common_additions_have_a_recipe() -> None:
         "A primitive",
         "A render option",
         "A data set format",
+        "A sensor",
+        "A viewer control",
         "An example",
     ]
     assert sorted(RECIPES) == sorted([*ENUMS, *others])
