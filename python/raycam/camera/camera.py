@@ -16,6 +16,9 @@ from ._constructors import Constructors
 from ._copies import Copies
 from ._geometry import refuse_other_types
 
+if TYPE_CHECKING:
+    from ..world import World
+
 __all__ = ["Camera", "check_camera"]
 
 
@@ -79,6 +82,17 @@ class Camera(Constructors, Copies):
             k[0, 1] = skew
         made = make("", k.tolist(), matrix("R", R).tolist(), vector("C", C), size, pixel_center)
         self._set(made, up, lens_of(distortion, model))
+
+    def sample(
+        self, world: World, *, frame: int = 0, threads: int | None = None, **options: Any
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Renders the world and returns the channels' arrays by name; the camera's implementation of `raycam.Sensor`.
+
+        `options` are those of `raycam.render`, which returns a `Frame` with the same arrays.
+        """
+        from ..render import render
+
+        return dict(render(world, self, frame=frame, threads=threads, **options))
 
     def _require_pinhole(self, what: str) -> None:
         """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
