@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 use raycam_scene::Lens;
 
 use crate::CameraRecord;
+use crate::files::counted;
 use raycam_formats::{FormatError, Result};
 
 /// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.
@@ -21,9 +22,15 @@ const GRID: u32 = 12;
 /// [`FormatError::Syntax`] for K in units of the picture's size.
 pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut short = Vec::new();
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
-        let (Some(k), Some(size)) = (record.k, record.size) else { continue };
+        // K of a camera matrix P is that of its decomposition.
+        let Ok(k) = record.require_k("") else { continue };
+        if focal_length_of_few_pixels(record, k) {
+            short.push((record.name.as_str(), k.x_axis.x));
+        }
+        let Some(size) = record.size else { continue };
         let [width, height] = size.map(f64::from);
         let (cx, cy) = (k.z_axis.x, k.z_axis.y);
         let normalised = k.x_axis.x.abs() < 10.0 && k.y_axis.y.abs() < 10.0 && cx.abs() < 2.0 && cy.abs() < 2.0;
@@ -59,6 +66,13 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         blind.extend(share.filter(|share| *share > 0.5).map(|share| (record, share)));
     }
     let mut notices = Vec::new();
+    if let Some((_, focal)) = short.first() {
+        notices.push(format!(
+            "the focal length of {} is only {focal:.6} pixels; expected about the size of the image: is K in other units, \
+             or missing?",
+            counted("camera", short.iter().map(|(name, _)| *name))
+        ));
+    }
     if let Some((record, cx, cy)) = outside.first() {
         notices.push(format!(
             "the principal point of {} cameras is outside of the picture: camera {:?} has cx {cx:.6}, cy {cy:.6} of {:?}",
@@ -98,6 +112,18 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
     Ok(notices)
 }
 
+/// True if the focal length in pixels is too short for a camera: fewer than 8 pixels, unless the image is as small, or, for
+/// a pinhole, an angle of view of more than 168 degrees.
+fn focal_length_of_few_pixels(record: &CameraRecord, k: DMat3) -> bool {
+    if matches!(record.lens, Lens::Equirectangular | Lens::Cylindrical) {
+        return false;
+    }
+    let focal = k.x_axis.x.abs().max(k.y_axis.y.abs());
+    let side = record.size.map(|[width, height]| f64::from(width.max(height)));
+    let pinhole = matches!(record.lens, Lens::Pinhole);
+    focal < 8.0 && side.is_none_or(|side| side > 8.0 * focal) || pinhole && side.is_some_and(|side| focal < 0.05 * side)
+}
+
 /// The share of pixels that no direction is seen in; None for a camera that is none.
 fn share_without_rays(record: &CameraRecord) -> Option<f64> {
     if matches!(record.lens, Lens::Pinhole | Lens::Equirectangular | Lens::Cylindrical) {
@@ -105,6 +131,9 @@ fn share_without_rays(record: &CameraRecord) -> Option<f64> {
     }
     let mut record = record.clone();
     record.pose = None;
+    if record.k.is_none() {
+        return Some(0.0);
+    }
     let camera = record.camera().ok()?;
     let [width, height] = camera.size().map(f64::from);
     let at = |i: u32, side: f64| (f64::from(i) + 0.5) / f64::from(GRID) * side;
