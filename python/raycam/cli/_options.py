@@ -339,7 +339,7 @@ def view(world: World, options: argparse.Namespace, *, moving: bool = False) -> 
 
     If the world is shown `moving`, all of its motion fits.
     """
-    from ..camera.asked import UNPOSED, is_unposed_within
+    from ..render.arguments import UNPOSED, is_unposed_within
     from ..world.framing import framing_camera, moments_of
 
     if is_framed(world, options):

@@ -11,18 +11,16 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import DictSerializable
-from ..annotations.flow import disparity
-from ..arguments import Floats, one_of, product, several, word
+from ..arguments import Floats, one_of, product, word
 from ..camera import Camera, check_camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
 from ..errors import CameraError
 from ..io.html_form import html_table
-from ..render import channel_names, render
-from ..render.frame import Frame
 from ._rectify import rectified
 
 if TYPE_CHECKING:
+    from ..render.frame import Frame
     from ..world import World
 
 __all__ = ["Rig"]
@@ -250,42 +248,16 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
+        """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
 
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
-        default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
-        `raycam.disparity`.
+        default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
-        asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
-        asked = [word("channel", name) for name in asked]
-        names = [name for name in asked if name != "disparity"]
-        found: dict[str, npt.NDArray[Any]] = {}
-        if len(names) < len(asked):
-            left, right = self.pair(*(pair or ()))
-            cameras, threads = (self[left], self[right]), options.get("threads")
-            found[left] = disparity(world, *cameras, of="left", threads=threads)["disparity"]
-            found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
-        plain = channel_names("all" if names == ["all"] else names or ["depth"])
-        frames = {}
-        for name, camera in self.items():
-            frame = render(world, camera, channels=plain, **options)
-            planes = {key: frame[key] for key in frame if names}
-            if name in found:
-                x, y, width, height = frame.region
-                planes["disparity"] = np.ascontiguousarray(found[name][y : y + height, x : x + width])
-            frames[name] = Frame(
-                planes,
-                camera=camera,
-                size=frame.size,
-                region=frame.region,
-                exposure=frame.exposure,
-                view=frame.view,
-                transparent=frame.transparent,
-                notices=frame.notices,
-            )
-        return frames
+        from ..annotations.rig_frames import render_rig
+
+        return render_rig(self, world, channels=channels, pair=pair, **options)
 
     def rectified(
         self,

@@ -26,9 +26,9 @@ ORDER = {
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
-        prepare/world motion ground_truth integrator tile_renderer annotations queries render render_many
-        progressive lib
+        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        queries render render_many progressive lib
     """,
     "web": """
         failure request page lib
@@ -37,13 +37,22 @@ ORDER = {
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments _serialization io camera reference render annotations/flow rig usd world
+        errors notices progress arguments _serialization io camera rig usd world calibration reference render
         annotations
-        calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
+        interop data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor bench demo cli
-        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
+        __main__ __init__ compat
     """,
 }
+
+DELEGATIONS = {
+    "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
+    "render/frame.py": {"render/composition.py", "viewer/page.py"},
+}
+"""Methods that hand their work to a later place (`Rig.render`, `Frame.over`, `Frame.show`), by file of the package.
+
+Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
+"""
 
 
 def order_of(house: str) -> list[str]:

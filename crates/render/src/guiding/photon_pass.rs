@@ -1,5 +1,5 @@
-//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate choose the
-//! casters, many fill their caustic maps.
+//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate
+//! choose the casters, many fill their caustic maps.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -18,27 +18,29 @@ use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::guiding::caustic_spots::find_spots;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
-use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling};
 use crate::light::lights::Lights;
 use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
+use crate::path_guiding::MIN_GUIDED_SEGMENTS;
 use crate::prepare::geometry::Geometry;
-use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Photons emitted to each caustic caster, and to all where there are many.
+/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons a caster", 11-23.
 const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
+/// Maximum number of photons emitted to all casters. Lab note: "2^18 photons at most", 11-26.
 const MAX_PHOTONS: u32 = 1 << 18;
-/// The same for the candidates whose thrown light is measured.
+/// Maximum number of photons emitted to each candidate to measure the light that it throws. Lab note: "2,048 photons",
+/// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
+/// Maximum number of photons emitted to all candidates. Lab note: "to each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
-/// Photons traced together.
+/// Photons traced together. Not tuned; results do not depend on it.
 const PHOTON_BATCH: u32 = 1 << 11;
-/// Surfaces that a photon may meet.
+/// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 8;
 
 #[derive(Clone, Copy)]
@@ -51,24 +53,18 @@ struct Photon {
     last_exit: Option<(usize, DVec3)>,
 }
 
-/// Finds the caustic casters of a world and builds their maps once, if the paths of a picture are long enough to be guided.
-pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
-    let lights = settings.integrator.effective_lights(world);
-    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
-    let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
-    if is_guided && world.guiding.needs_photons() {
-        // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
-        let _ = world.guiding.caustics.set(find_caustics(world, lights));
-    }
+/// True if an image's paths are long enough to be guided to casters, and its lights can cast caustics.
+pub(crate) fn needs_caustics(lights: &Lights, settings: &Settings) -> bool {
+    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
+    settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics()
 }
 
 /// The casters and the caustic map of each. Both guide paths only: light that they lack adds noise and no bias.
-fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
-    let candidates = world.caustic_candidates();
+pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[CausticCaster]) -> Caustics {
     if candidates.is_empty() {
         return Caustics::default();
     }
-    let pass = PhotonPass::new(world, lights);
+    let pass = PhotonPass::new(geometry, lights, candidates);
     let chosen = choose_casters(candidates, &pass.thrown_fractions());
     let photons = (MAX_PHOTONS / chosen.len().max(1) as u32).clamp(PHOTON_BATCH, MAX_PHOTONS_PER_CASTER);
     let firsts = || (0..photons / PHOTON_BATCH).map(|batch| batch * PHOTON_BATCH);
@@ -82,14 +78,14 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
         let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
         own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
     });
-    let [lower, upper] = world.geometry.bounds();
+    let [lower, upper] = geometry.bounds();
     let spots = find_spots(landed.collect(), (upper - lower).max_element());
     Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
 }
 
 /// The world of a photon pass.
 struct PhotonPass<'a> {
-    world: &'a PreparedWorld,
+    geometry: &'a Geometry,
     lights: &'a Lights,
     candidates: &'a [CausticCaster],
     /// Indices of the candidates by instance.
@@ -97,10 +93,9 @@ struct PhotonPass<'a> {
 }
 
 impl<'a> PhotonPass<'a> {
-    fn new(world: &'a PreparedWorld, lights: &'a Lights) -> Self {
-        let candidates = world.caustic_candidates();
+    fn new(geometry: &'a Geometry, lights: &'a Lights, candidates: &'a [CausticCaster]) -> Self {
         let by_instance = candidates.iter().enumerate().map(|(index, caster)| (caster.instance, index));
-        Self { world, lights, candidates, candidate_of: by_instance.collect() }
+        Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
     }
 
     /// The fraction of all light that each of the largest candidates throws, as far as photons emitted to it tell.
@@ -129,7 +124,7 @@ impl<'a> PhotonPass<'a> {
         for bounce in 0..MAX_BOUNCES {
             hits.clear();
             hits.resize(rays.len(), Hit::MISS);
-            self.world.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
+            self.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
             rays.clear();
             let mut hits = hits.iter();
             photons.retain_mut(|photon| {
@@ -154,7 +149,7 @@ impl<'a> PhotonPass<'a> {
         let context = LightSampleContext { position: caster.center + caster.radius * within, normal: Vec3::ZERO };
         let contexts = LightSampleContexts::from(&context);
         let sampling = LightSampling::Importance;
-        let sample = self.lights.sample(&contexts, &self.world.geometry, sampling, choice, &light_random.into())?;
+        let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
         // BSDF samples never find delta lights, and find infinite lights from every caster.
         let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
         let photon = Photon {
@@ -181,7 +176,7 @@ impl Photon {
         bounce: u32,
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
-        let geometry = &pass.world.geometry;
+        let geometry = pass.geometry;
         let interaction = SurfaceInteraction::new(geometry, self.direction, hit, 0.0);
         let Some(&caster) = pass.candidate_of.get(&hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
@@ -205,8 +200,8 @@ impl Photon {
     }
 }
 
-/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface. `None`
-/// for a photon that is absorbed.
+/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface.
+/// `None` for a photon that is absorbed.
 pub(crate) fn scatter(
     geometry: &Geometry,
     (hit, interaction): (&Hit, &SurfaceInteraction),
@@ -234,6 +229,9 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::guiding::LearnedGuiding;
+    use crate::path_guiding::PathGuiding;
+    use crate::prepare::world::PreparedWorld;
 
     const MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.6);
     const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
@@ -275,8 +273,9 @@ mod tests {
 
     /// The target of the ball's map for a point of the world: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
-        build_caustic_maps(world, &settings(Integrator::Path, 6));
-        let caustics = world.caustics();
+        let guiding = LearnedGuiding::default();
+        guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 6));
+        let caustics = guiding.caustics(&world.geometry);
         let (thrown, CausticCaster { center, radius, .. }) = (&caustics.maps[0], caustics.casters[0]);
         let [exit, _] = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
@@ -313,19 +312,19 @@ mod tests {
     }
 
     #[test]
-    fn what_no_light_reaches_throws_none() {
+    fn unlit_objects_throw_no_light() {
         let world = world(gold(), true);
         assert_eq!(thrown_on(&world, DVec3::new(1.0, 0.5, 0.0)).1, 0.0);
     }
 
     #[test]
     fn only_long_paths_are_guided() {
-        let world = world(gold(), false);
+        let (world, guiding) = (world(gold(), false), LearnedGuiding::default());
         for (integrator, depth) in [(Integrator::Direct, 6), (Integrator::Flat, 6), (Integrator::Path, 2)] {
-            build_caustic_maps(&world, &settings(integrator, depth));
-            assert!(world.guiding.caustics.get().is_none());
+            guiding.learn(&world.geometry, &world.lighting().lights, &settings(integrator, depth));
+            assert!(guiding.caustics.get().is_none());
         }
-        build_caustic_maps(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.caustics().maps.len(), 1);
+        guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 3));
+        assert_eq!(guiding.caustics(&world.geometry).maps.len(), 1);
     }
 }
