@@ -17,7 +17,9 @@ type Row<'a> = (usize, Vec<&'a str>);
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     let stem = source.stem().unwrap_or_default();
+    let header = text.lines().take(3).any(|line| line.starts_with('#') && line.contains("device_id"));
     text.trim_start().starts_with("# kapture format")
+        || header
         || stem == "sensors" && rows_of(text).next().is_some_and(|(_, row)| row.len() > 4 && row[2] == "camera")
 }
 
