@@ -63,7 +63,9 @@ def test_mirrored_matrices_are_refused(tmp_path: Path) -> None:
 
 def test_cameras_accept_rounded_rotations() -> None:
     R = np.round(Rotation.random(random_state=3).as_matrix(), 6)
-    np.testing.assert_allclose(raycam.Camera(K, R, np.zeros(3), (640, 480)).R, nearest(R), atol=1e-12)
+    with pytest.warns(UserWarning, match="nearest rotation"):
+        camera = raycam.Camera(K, R, np.zeros(3), (640, 480))
+    np.testing.assert_allclose(camera.R, nearest(R), atol=1e-12)
 
 
 def test_mounts_of_few_digits_make_a_rig(tmp_path: Path) -> None:

@@ -135,10 +135,13 @@ def test_a_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
         read(tmp_path, {"a": CAMERA, "b": CAMERA, "c": CAMERA, **extra})
 
 
-def test_skew_next_to_named_cameras_applies_to_each(tmp_path: Path) -> None:
-    plain = {"K": K, "img_size": [640, 480]}
-    cameras = read(tmp_path, {"skew": 2.5, "a": plain, "b": plain})
+def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> None:
+    focals = {"fx": 400.0, "fy": 401.0, "cx": 320.0, "cy": 240.0, "img_size": [640, 480]}
+    cameras = read(tmp_path, {"skew": 2.5, "a": focals, "b": focals})
     assert [camera.K[0, 1] for camera in cameras.values()] == [2.5, 2.5]
+    # K[0, 1] is 0 there.
+    with pytest.raises(FormatError, match="skew"):
+        read(tmp_path, {"skew": 2.5, "a": {"K": K, "img_size": [640, 480]}})
 
 
 @pytest.mark.parametrize(

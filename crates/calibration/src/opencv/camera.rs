@@ -16,11 +16,6 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     if let Some(at) = view.find_value(&keys::K)? {
         let k = matrix(&at)?;
         return match skew {
-            Some((skew, _)) if k.y_axis.x == 0.0 => {
-                let mut k = k;
-                k.y_axis.x = skew;
-                Ok(Some(k))
-            }
             Some((skew, at)) if skew != 0.0 && skew != k.y_axis.x => {
                 Err(at.fail(format_args!("{skew}, and K[0, 1] is {}: expected the same", k.y_axis.x)))
             }
@@ -45,8 +40,8 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     let k = at.matrix3()?;
     if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO && k.z_axis.z == 1.0 {
         return Err(at.fail(
-            "cx and cy are in the last row: K is written by columns, as in MATLAB, Open3D and the Azure Kinect's tools; \
-             transpose it",
+            "cx and cy are in the last row: the matrix is transposed (written by columns, as in MATLAB and Open3D); write \
+             K by rows",
         ));
     }
     if k.z_axis.z == 1.0 && k.x_axis.x.abs() < 10.0 && k.z_axis.x.abs() < 2.0 && k.z_axis.y.abs() < 2.0 {

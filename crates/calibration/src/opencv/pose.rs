@@ -82,7 +82,7 @@ pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
 
 /// True for a key that the reader does not know by name and whose value is a pose, by its numbers or its name.
 pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
-    if view.is_rectified(key) {
+    if view.is_rectified(key) || view.has_name(key, &["p", "projectionmatrix"]) {
         return false;
     }
     let transform = matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16));
@@ -104,6 +104,10 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
 
 /// The pose under a key that is not one of OpenCV's: read if the key or the caller specifies its direction.
 pub(super) fn read_named(view: &KeyView<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Option<Pose>> {
+    // The keys of a pair are those of both cameras.
+    if !view.side.is_empty() {
+        return Ok(None);
+    }
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
         if !is_pose_key(view, key, &at) {

@@ -57,15 +57,15 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
         return Err("every value must be finite".into());
     }
     let off = orthogonality_error(m);
-    let far = |difference: f64| {
-        format!(
-            "not a rotation: R R\u{1d40} differs from the identity by {off:.2e} and R from the nearest rotation by \
-             {difference:.2e} (at most {ROTATION_TOLERANCE} is accepted); its determinant is {:.6}",
+    let refused = |nearest: String| {
+        Err(format!(
+            "not a rotation: R R\u{1d40} differs from the identity by {off:.3e}{nearest} (up to {ROTATION_TOLERANCE} in an \
+             entry is accepted), its determinant is {:.6}",
             m.determinant()
-        )
+        ))
     };
     if off > 0.1 {
-        return Err(far(off));
+        return refused(String::new());
     }
     if m.determinant() < 0.0 {
         return Err(
@@ -81,7 +81,10 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     let steps = if off <= 1e-6 { 3 } else { 6 };
     let rotation = (0..steps).fold(m, |r, _| step(r));
     let difference = (m - rotation).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    if difference > ROTATION_TOLERANCE { Err(far(difference)) } else { Ok((rotation, difference)) }
+    if difference > ROTATION_TOLERANCE {
+        return refused(format!(", R from the nearest rotation by {difference:.3e}"));
+    }
+    Ok((rotation, difference))
 }
 
 /// The rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of one.
