@@ -16,6 +16,9 @@ from ._constructors import Constructors
 from ._copies import Copies
 from ._geometry import refuse_other_types
 
+if TYPE_CHECKING:
+    from ..world import World
+
 __all__ = ["Camera", "check_camera"]
 
 
@@ -84,6 +87,17 @@ class Camera(Constructors, Copies):
         made = make("", k.tolist(), r.tolist(), vector("C", C), size, pixel_center)
         report_nearest_rotation(r, made)
         self._set(made, up, lens_of(distortion, model))
+
+    def sample(
+        self, world: World, *, frame: int = 0, threads: int | None = None, **options: Any
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Renders the world and returns the channels' arrays by name; the camera's implementation of `raycam.Sensor`.
+
+        `options` are those of `raycam.render`, which returns a `Frame` with the same arrays.
+        """
+        from ..render import render
+
+        return dict(render(world, self, frame=frame, threads=threads, **options))
 
     def _require_pinhole(self, what: str) -> None:
         """Raises `CameraError` for cameras that their camera matrix alone does not describe."""

@@ -12,6 +12,7 @@ from .. import _core
 from ..arguments import floats, size_of, whole
 from ..camera import Camera, check_camera
 from ..errors import WorldError
+from ..notices import warn
 from ..rig import Rig
 from .chosen import one_object
 from .contents import WorldContents
@@ -125,6 +126,12 @@ class WorldBuilding(WorldContents):
 
     def add_rig(self, rig: Rig) -> None:
         """Adds a rig under its name; its cameras are appended under the names rig/camera."""
+        others = [name for name, sensor in rig.sensors.items() if not isinstance(sensor, Camera)]
+        if others:
+            warn(
+                f"rig {rig.name!r}: a world stores only a rig's cameras, not the sensors {', '.join(others)}; pass "
+                "the rig itself to videos and data sets"
+            )
         _core.world_add_rig(self._core, rig._core)
 
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:

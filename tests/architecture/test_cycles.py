@@ -1,25 +1,39 @@
-"""Circles of files: none; and the reading of imports that finds them."""
+"""Imports: no cycles of files, and folders that import only folders before them in the order of `layout.py`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from house import graph, layout, python_imports, rust_imports
-from house.source import CRATES
+from rules import graph, layout, python_imports, rust_facts
+from rules.source import CRATES
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.parametrize("crate", CRATES)
-def test_no_new_circles_of_rust_files(crate: str) -> None:
-    circles = graph.circles(rust_imports.arrows(ROOT / "crates" / crate / "src"))
-    assert circles == []
+def imports_of(part: str) -> graph.Arrows:
+    return (
+        python_imports.arrows(ROOT / "python" / "raycam")
+        if part == "python"
+        else rust_facts.imports(ROOT, part)
+    )
 
 
-def test_no_new_circles_of_python_files() -> None:
-    circles = graph.circles(python_imports.arrows(ROOT / "python" / "raycam"))
-    assert circles == []
+@pytest.mark.parametrize("part", [*CRATES, "python"])
+def test_files_import_each_other_without_cycles(part: str) -> None:
+    assert graph.circles(imports_of(part)) == []
+
+
+@pytest.mark.parametrize("part", [*CRATES, "python"])
+def test_folders_import_only_folders_before_them(part: str) -> None:
+    assert graph.upward_arrows(imports_of(part), layout.order_of(part)) == []
+
+
+@pytest.mark.parametrize("part", [*CRATES, "python"])
+def test_every_place_of_the_order_has_files(part: str) -> None:
+    order = layout.order_of(part)
+    used = {order[index] for name in imports_of(part) if (index := graph.place_of(name, order)) is not None}
+    assert sorted(set(order) - used) == []
 
 
 def write(folder: Path, files: dict[str, str]) -> Path:
@@ -53,10 +67,10 @@ RUST_ARROWS = {
 
 
 @pytest.mark.parametrize("kind", RUST_ARROWS)
-def test_arrows_of_rust(kind: str, tmp_path: Path) -> None:
+def test_imports_of_rust_file(kind: str, tmp_path: Path) -> None:
     text, expected = RUST_ARROWS[kind]
-    source = write(
-        tmp_path,
+    write(
+        tmp_path / "crates" / "a" / "src",
         {
             "lib.rs": "mod a;\nmod b;\n",
             "a.rs": text,
@@ -65,7 +79,7 @@ def test_arrows_of_rust(kind: str, tmp_path: Path) -> None:
             "b/d.rs": "pub enum Starred { A }\n",
         },
     )
-    assert rust_imports.arrows(source)["a.rs"] == expected
+    assert rust_facts.imports(tmp_path, "a")["a.rs"] == expected
 
 
 PYTHON_ARROWS = {
@@ -82,7 +96,7 @@ PYTHON_ARROWS = {
 
 
 @pytest.mark.parametrize("kind", PYTHON_ARROWS)
-def test_arrows_of_python(kind: str, tmp_path: Path) -> None:
+def test_imports_of_python_file(kind: str, tmp_path: Path) -> None:
     text, expected = PYTHON_ARROWS[kind]
     package = write(
         tmp_path / "raycam",
@@ -110,7 +124,7 @@ DELEGATING_IMPORTS = {
 
 
 @pytest.mark.parametrize("kind", DELEGATING_IMPORTS)
-def test_delegating_methods_import_when_called(kind: str, tmp_path: Path) -> None:
+def test_delegating_imports_do_not_count_inside_methods(kind: str, tmp_path: Path) -> None:
     text, expected = DELEGATING_IMPORTS[kind]
     files = {
         "__init__.py": "",
@@ -130,7 +144,7 @@ def test_delegations_are_in_use() -> None:
         assert targets <= python_imports.files_of(package, package / name, nodes), name
 
 
-def test_a_package_that_only_hands_on_is_in_no_circle(tmp_path: Path) -> None:
+def test_package_that_only_re_exports_is_in_no_cycle(tmp_path: Path) -> None:
     files = {
         "__init__.py": "",
         "b/__init__.py": "from .c import C\n",
@@ -140,6 +154,30 @@ def test_a_package_that_only_hands_on_is_in_no_circle(tmp_path: Path) -> None:
     assert graph.circles(python_imports.arrows(write(tmp_path / "raycam", files))) == []
 
 
-def test_circles_are_found() -> None:
+def test_cycles_are_found() -> None:
     arrows = {"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a", "e"}, "e": {"d"}, "f": {"a"}, "g": set()}
     assert graph.circles(arrows) == [["a", "b", "c"], ["d", "e"]]
+
+
+def test_upward_import_is_reported() -> None:
+    arrows = {
+        "a/mod.rs": {"b/x.rs"},
+        "b/x.rs": {"a/mod.rs"},
+        "b/y.rs": {"c.rs"},
+        "c.rs": set(),
+        "d.rs": set(),
+    }
+    assert graph.upward_arrows(arrows, ["a", "b", "c"]) == [
+        "d.rs has no place in the order of folders",
+        "a/mod.rs imports b/x.rs: a stands below b",
+        "b/y.rs imports c.rs: b stands below c",
+    ]
+
+
+def test_file_belongs_to_the_longest_place() -> None:
+    order = ["scene", "traverse/mod", "traverse", "scene/query"]
+    places = {
+        name: graph.place_of(name, order)
+        for name in ("scene/mod.rs", "scene/query.rs", "traverse/mod.rs", "traverse/packet/soa.rs", "lib.rs")
+    }
+    assert list(places.values()) == [0, 3, 1, 2, None]

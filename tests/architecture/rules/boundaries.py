@@ -1,4 +1,4 @@
-"""Walls between crates, between languages, and around the package: who may use whom."""
+"""Boundaries: which crates, languages and packages may use each other."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+from . import rust_facts
 from .python_imports import imported_packages
-from .source import CRATES, code_of, python_files, rust_files, text_of
+from .source import CRATES, python_files, text_of
 
 # A crate may use the crates listed; an eighth crate needs an argument in the design notes.
 MAY_USE: dict[str, set[str]] = {
@@ -52,14 +53,14 @@ def dependencies(table: dict[str, object]) -> set[str]:
     return found
 
 
-def strange_crates(root: Path) -> list[str]:
-    """Crates that the table does not know, or that are missing."""
-    there = {path.parent.name for path in (root / "crates").glob("*/Cargo.toml")}
-    return sorted(f"crates/{name} is not a crate of this house" for name in there ^ set(CRATES))
+def unlisted_crates(root: Path) -> list[str]:
+    """Crates that `CRATES` does not list, and listed crates that are missing."""
+    found = {path.parent.name for path in (root / "crates").glob("*/Cargo.toml")}
+    return sorted(f"crates/{name}: the folders and the list of crates differ" for name in found ^ set(CRATES))
 
 
-def manifests_that_reach(root: Path) -> list[str]:
-    """Manifests that name a crate which theirs may not use, for tests too."""
+def forbidden_dependencies(root: Path) -> list[str]:
+    """Manifests that depend on a crate which theirs must not use, for tests too."""
     return [
         f"crates/{crate}/Cargo.toml depends on {name}"
         for crate, allowed in MAY_USE.items()
@@ -68,47 +69,42 @@ def manifests_that_reach(root: Path) -> list[str]:
     ]
 
 
-def sources_that_reach(root: Path) -> list[str]:
-    """Rust files that name a crate which theirs may not use, or include a file from outside their crate."""
+def forbidden_uses(root: Path) -> list[str]:
+    """Rust files that use a crate which theirs must not use, or include a file from outside their crate."""
     offences = []
     for crate, allowed in MAY_USE.items():
-        for path in rust_files(root, crate):
-            for name in sorted(set(re.findall(rf"\braycam_({'|'.join(CRATES)})\b", code_of(path)))):
-                if name not in allowed | {crate}:
-                    offences.append(f"{path.relative_to(root)} uses raycam_{name}")
-            text = text_of(path)
-            for quoted in re.findall(r'(?:#\[path\s*=\s*|include(?:_str|_bytes)?!\(\s*)"([^"]+)"', text):
-                if not (path.parent / quoted).resolve().is_relative_to(root.resolve() / "crates" / crate):
-                    offences.append(f"{path.relative_to(root)} includes {quoted}")
+        others = {f"raycam_{name}" for name in set(CRATES) - allowed - {crate}}
+        for file, facts in rust_facts.crates(root)[crate]["files"].items():
+            offences += [f"{file} uses {name}" for name in sorted(others & set(facts["words"]))]
+            for _, quoted in facts["macros"]:
+                included = ((root / file).parent / quoted).resolve()
+                if not included.is_relative_to(root.resolve() / "crates" / crate):
+                    offences.append(f"{file} includes {quoted}")
     return offences
 
 
 def unsafe_outside_bvh(root: Path) -> list[str]:
-    """Uses of `unsafe` outside bvh, and crates that do not forbid it to themselves."""
+    """Uses of `unsafe` outside bvh, and other crates that do not forbid it."""
     offences = []
     for crate in sorted(set(CRATES) - {"bvh"}):
         if "#![forbid(unsafe_code)]" not in text_of(root / "crates" / crate / "src" / "lib.rs"):
             offences.append(f"crates/{crate}/src/lib.rs does not forbid unsafe_code")
-        for path in rust_files(root, crate):
-            if re.search(r"\bunsafe\b", code_of(path)):
-                offences.append(f"{path.relative_to(root)} says unsafe")
+        files = rust_facts.crates(root)[crate]["files"]
+        offences += [f"{file} uses unsafe" for file, facts in files.items() if "unsafe" in facts["words"]]
     return offences
 
 
 def python_outside_bindings(root: Path) -> list[str]:
-    """Uses of Python outside bindings."""
-    offences = []
-    for crate in sorted(set(CRATES) - {"bindings"}):
-        for name in sorted(dependencies(manifest(root, crate)) & {"pyo3", "numpy"}):
-            offences.append(f"crates/{crate}/Cargo.toml depends on {name}")
-        for path in rust_files(root, crate):
-            if re.search(r"\b(pyo3|numpy)::", code_of(path)):
-                offences.append(f"{path.relative_to(root)} uses Python")
-    return offences
+    """Crates other than bindings that depend on Python."""
+    return [
+        f"crates/{crate}/Cargo.toml depends on {name}"
+        for crate in sorted(set(CRATES) - {"bindings"})
+        for name in sorted(dependencies(manifest(root, crate)) & {"pyo3", "numpy"})
+    ]
 
 
-def oracle_that_shares(root: Path) -> list[str]:
-    """Imports of the oracle: an independent witness uses NumPy, the standard library, and nothing else of ours."""
+def shared_code_of_reference(root: Path) -> list[str]:
+    """Imports of `raycam.reference`, which checks the rest independently: only NumPy and the standard library."""
     allowed = {"numpy", ".units", ".procedure", ".picture"} | set(sys.stdlib_module_names)
     return [
         f"{path.relative_to(root)} imports {found}"

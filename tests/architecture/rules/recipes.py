@@ -6,13 +6,13 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from .source import CRATES, product_code_of, rust_sources, text_of
+from . import rust_facts
+from .source import CRATES, text_of
 
 PATH = re.compile(r"[\w.*-]+(/[\w.*-]+)+/?$|\w+\.(rs|py|pyi|md|toml|yaml)$")
 NAME = re.compile(r"[A-Za-z_]\w*((::|\.)\w+)*(\(\))?$")
 # A file or a name that the reader is to write.
 NEW = re.compile(r"foo|Foo|FOO")
-CATCH_ALL = re.compile(r"(?:^|[,}{])\s*(?:_|[a-z]\w*)\s*(?:if\b[^=]*)?=>")
 
 
 @dataclass
@@ -97,35 +97,6 @@ def missing_commands(root: Path, recipe: Recipe) -> list[str]:
 
 
 def files_with_every_variant(root: Path, enum: str) -> list[str]:
-    """Files that define an enum or match on it without a catch-all: those that a new variant breaks."""
-    found = []
-    for crate in CRATES:
-        for path in rust_sources(root, crate):
-            code = product_code_of(path)
-            names = "|".join([enum, *re.findall(rf"\b{enum} as (\w+)", code)])
-            pattern = (
-                rf"\b(?:{names})::[A-Z]\w*\s*(?:\{{\}}|\([^()]*\))?[\s)\],]*(?:if\b[^=]*)?(?:=>|\|(?!\|))"
-            )
-            if re.search(rf"\benum {enum}\b", code) or any(
-                re.search(pattern, arms) and not CATCH_ALL.search(arms) for arms in matches(code)
-            ):
-                found.append(path.relative_to(root).as_posix())
-    return found
-
-
-def matches(code: str) -> list[str]:
-    """The arms of every `match`, what is within their braces left out."""
-    found = []
-    for start in (match.end() for match in re.finditer(r"\bmatch\b[^{};]*\{", code)):
-        depth, arms = 1, []
-        for sign in re.finditer(r"[{}]|[^{}]+", code[start:]):
-            if sign[0] == "}":
-                depth -= 1
-            if depth == 0:
-                break
-            if depth == 1:
-                arms.append(sign[0])
-            if sign[0] == "{":
-                depth += 1
-        found.append("".join(arms))
-    return found
+    """Files that define an enum or match on it without a catch-all arm: a new variant breaks them."""
+    facts = rust_facts.files(root)
+    return [name for name, file in facts.items() if enum in file["matched"] and rust_facts.is_source(name)]
