@@ -171,8 +171,7 @@ def load_cameras(
     * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
     * "mvsnet", "neus" (also DVR's), "llff", "middlebury", "realestate10k": cameras of these benchmarks
     * "kapture": a folder with `sensors/`, or a file in it
-    * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": `camera` files, `extrinsic.txt`,
-      `pose_left.txt`, `pose_intrinsic_imu.json` of these data sets
+    * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": cameras and poses of these data sets
     * "aria-mps": trajectories and `online_calibration.jsonl` of Project Aria's machine perception services
     * "kitti": `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
     * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`

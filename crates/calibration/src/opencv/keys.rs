@@ -2,7 +2,6 @@
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
-use crate::opencv::pose;
 use raycam_formats::Result;
 
 /// K, of 9 numbers or of 4: fx, fy, cx, cy.
@@ -165,6 +164,11 @@ pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotm
 pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
 pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
+/// Keys of a mount by the words of body_from_camera.
+pub(super) const BODY_FROM_CAMERA: [&str; 10] =
+    ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
+/// Keys of a mount by the words of camera_from_body.
+pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
 /// The poses of the views of a board: of six numbers each, or of three in two lists.
 pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
 pub(super) const RVECS: [&str; 2] = ["rvecs", "rotationvectors"];
@@ -263,8 +267,8 @@ fn is_base(base: &str) -> bool {
         &RVECS,
         &TVECS,
         &OTHER,
-        &pose::BODY_FROM_CAMERA,
-        &pose::CAMERA_FROM_BODY,
+        &BODY_FROM_CAMERA,
+        &CAMERA_FROM_BODY,
     ];
     groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
 }

@@ -8,11 +8,6 @@ use crate::opencv::keys::{self, KeyView};
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
 
-/// Keys of a mount by the words of body_from_camera.
-pub(super) const BODY_FROM_CAMERA: [&str; 10] =
-    ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
-/// Keys of a mount by the words of camera_from_body.
-pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
 /// Words in keys of camera_from_world, and keys that are such words.
 const CAMERA_FROM_WORLD: [&str; 8] =
     ["w2c", "world2cam", "worldtocam", "camfromworld", "camerafromworld", "tcamworld", "tcameraworld", "viewmatrix"];
@@ -67,12 +62,12 @@ fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
 
 /// The pose of the camera on a body, whose axes are then those of the world.
 pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
-    if let Some(at) = view.find_value(&BODY_FROM_CAMERA)? {
+    if let Some(at) = view.find_value(&keys::BODY_FROM_CAMERA)? {
         let (r, c) = at.matrix4()?;
         check_rotation(r).map_err(|message| at.fail(message))?;
         return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), c)));
     }
-    if let Some(at) = view.find_value(&CAMERA_FROM_BODY)? {
+    if let Some(at) = view.find_value(&keys::CAMERA_FROM_BODY)? {
         let (r, t) = at.matrix4()?;
         check_rotation(r).map_err(|message| at.fail(message))?;
         return Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)));
