@@ -46,7 +46,7 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     }
     if k.z_axis.z == 1.0 && k.x_axis.x.abs() < 10.0 && k.z_axis.x.abs() < 2.0 && k.z_axis.y.abs() < 2.0 {
         return Err(at.fail(
-            "K is in units of the picture's size: expected pixels; multiply the first row by the width and the second \
+            "K is in units of the image's size; expected pixels; multiply the first row by the width and the second \
              by the height",
         ));
     }
