@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
-__all__ = ["LIT", "blank_notices"]
+__all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
 WHITE_SHARE = 0.98
 """The fraction of pixels beyond white from which a notice says so."""
 GRID = 24
 """Rays along each side by which a picture without ground truth is probed."""
-LIT = ("direct", "path")
+LIT_INTEGRATORS = ("direct", "path")
 """The integrators whose pictures show light."""
 
 Planes = Mapping[str, npt.NDArray[Any]]
@@ -43,7 +43,7 @@ def blank_notices(
         )
         return
     color = planes.get("color")
-    if color is None or integrator not in LIT:
+    if color is None or integrator not in LIT_INTEGRATORS:
         return
     if not color[seen].any():
         yield (
@@ -55,7 +55,7 @@ def blank_notices(
     share = float((brightness > 1).mean())
     if view == "standard" and share >= WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        yield f"{100 * share:.0f} % of the picture is beyond white: --exposure {stops:g} (exposure={stops:g}) shows it"
+        yield f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
