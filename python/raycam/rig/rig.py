@@ -20,6 +20,7 @@ from ..camera.asked import only_camera
 from ..errors import CameraError
 from ..io.html_form import html_table
 from ..render import channel_names, render
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ._rectify import rectified
 
@@ -253,6 +254,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> dict[str, Frame]:
         """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
 
+        Each camera has its own random numbers, so that the noise of two images is independent; the first camera has
+        those of `raycam.render`.
+
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
         default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
         `raycam.disparity`.
@@ -270,8 +274,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
         plain = channel_names("all" if names == ["all"] else names or ["depth"])
         frames = {}
-        for name, camera in self.items():
-            frame = render(world, camera, channels=plain, **options)
+        for index, (name, camera) in enumerate(self.items()):
+            frame = render(world, camera, channels=plain, **with_camera_seed(options, index))
             planes = {key: frame[key] for key in frame if names}
             if name in found:
                 x, y, width, height = frame.region

@@ -21,6 +21,7 @@ from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..render.old_names import current_names
 from ..rig import Rig
@@ -154,7 +155,13 @@ class VideoPlan:
         if self._world.video is not None:
             camera = self._camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
-        return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+        settings = self._settings if self._rig is None else with_camera_seed(self._settings, self._rig_index)
+        return render(moment, camera, channels="color", progress=progress, **own, **settings)
+
+    @property
+    def _rig_index(self) -> int:
+        """The index of the camera on its rig; 0 without a rig."""
+        return 0 if self._rig is None else list(self._rig[0]).index(self._rig[1])
 
     def _camera_at(self, camera: Camera, time: float) -> Camera:
         """The camera, or the camera of the rig, as the video moves it, at a time in seconds."""
