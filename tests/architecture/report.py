@@ -1,4 +1,4 @@
-"""Prints the figures of the house: circles, arrows, sizes, openings of comments, names.
+"""Prints the figures of the source tree: circles, arrows, sizes, names.
 
 Plain Python without dependencies:
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from house import graph, layout, names, prose, python_imports, rust_imports, size
+from house import graph, layout, names, python_imports, rust_imports, size
 from house.source import crates
 
 
@@ -22,12 +22,8 @@ def crate_figures(root: Path, crate: str) -> dict[str, list[str]]:
     return {
         "circles of files": circle_lines(arrows),
         "arrows that run up, files without a place": graph.upward_arrows(arrows, layout.order_of(crate)),
-        "doc comments that open with a riddle": prose.doc_openings(root, crate),
-        "other comments that open with a riddle": prose.comment_openings(root, crate),
-        "functions with a bare name": prose.rust_bare_names(root, crate),
         "functions over 80 lines": size.long_rust_functions(root, crate),
         "types with the same name": names.repeated_types(root, crate),
-        "missing terms": names.missing_terms(root, crate),
     }
 
 
@@ -37,8 +33,6 @@ def python_figures(root: Path) -> dict[str, list[str]]:
     return {
         "circles of files": circle_lines(arrows),
         "arrows that run up, files without a place": graph.upward_arrows(arrows, layout.order_of("python")),
-        "docstrings that open with a riddle": prose.python_openings(root),
-        "functions with a bare name": prose.python_bare_names(root),
         "functions over 80 lines": size.long_python_functions(root),
     }
 
@@ -49,7 +43,6 @@ def house_figures(root: Path) -> dict[str, list[str]]:
         "folders over 16 files": size.full_folders(root),
         "files over 700 lines": size.long_files(root),
         "names that say nothing": names.vague_names(root),
-        f"lines of crates/*/src: {size.lines_of_crates(root)}, offences": [],
     }
 
 

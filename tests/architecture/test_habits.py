@@ -1,4 +1,4 @@
-"""Habits: sizes, docstrings, a test for what is offered."""
+"""Habits: short functions, and docstrings."""
 
 from __future__ import annotations
 
@@ -14,32 +14,16 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize("crate", CRATES)
 def test_rust_functions_fit_on_a_screen_or_two(crate: str) -> None:
     found = size.long_rust_functions(ROOT, crate)
-    assert len(found) <= limits.LONG_FUNCTIONS[crate], found
+    assert len(found) <= limits.LONG_FUNCTIONS.get(crate, 0), found
 
 
 def test_python_functions_fit_on_a_screen_or_two() -> None:
     found = size.long_python_functions(ROOT)
-    assert len(found) <= limits.LONG_FUNCTIONS["python"], found
-
-
-def test_a_file_is_one_algorithm() -> None:
-    assert size.long_files(ROOT) == []
-
-
-def test_the_house_stays_small() -> None:
-    assert size.lines_of_crates(ROOT) <= limits.LINES_OF_CRATES
+    assert len(found) <= limits.LONG_FUNCTIONS.get("python", 0), found
 
 
 def test_public_python_is_documented() -> None:
     assert habits.undocumented_python(ROOT) == []
-
-
-def test_what_a_crate_offers_is_tested() -> None:
-    assert habits.untested_rust(ROOT) == []
-
-
-def test_what_the_package_has_is_tested() -> None:
-    assert habits.untested_python(ROOT) == []
 
 
 def test_a_broken_house_is_noticed(tmp_path: Path) -> None:
@@ -58,8 +42,6 @@ def test_a_broken_house_is_noticed(tmp_path: Path) -> None:
     write("crates/bvh/tests/node.rs", "")
     assert size.long_rust_functions(tmp_path, "bvh") == ["crates/bvh/src/ray.rs: fn long has 81 lines"]
     assert size.long_files(tmp_path) == ["crates/bvh/src/node.rs has 701 lines, above 700"]
-    assert size.lines_of_crates(tmp_path) == 5 + 1 + 1 + 81 + 1 + 81 + 701
-    assert habits.untested_rust(tmp_path) == ["crates/bvh/src/hit.rs has no test"]
 
     write("python/raycam/a.py", "def f():\n" + "    g()\n" * 80)
     module = "python/raycam/a.py"
@@ -68,6 +50,3 @@ def test_a_broken_house_is_noticed(tmp_path: Path) -> None:
         f"{module} has no docstring",
         f"{module}.f has no docstring",
     ]
-    assert habits.untested_python(tmp_path) == [f"{module} has no test of its name"]
-    write("tests/a/test_b.py", "")
-    assert habits.untested_python(tmp_path) == []

@@ -12,7 +12,6 @@
 //! image, codec         images and textures; Draco, meshoptimizer
 //! obj ply stl off ies  one format each
 //! gltf                 json ← document ← mesh ← world; writer
-//! calibration          cameras of other tools: a table of formats around one record
 //! world_file, bundle   TOML; exact copies for other processes
 //! registry             the table of loadable formats
 //! asset_loader         files that a description names
@@ -25,7 +24,6 @@
 mod asset_loader;
 mod budget;
 pub mod bundle;
-pub mod calibration;
 pub mod codec;
 pub mod encode;
 mod error;
@@ -33,7 +31,7 @@ mod geometry;
 mod gltf;
 mod ies;
 mod image;
-mod io;
+pub mod io;
 mod obj;
 mod off;
 mod ply;

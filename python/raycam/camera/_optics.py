@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy.typing as npt
 
 from ..arguments import flag, floats
 from ..errors import CameraError
 from ._arguments import number
-from .asked import only_camera
-
-if TYPE_CHECKING:
-    from . import Camera
+from ._geometry import CameraGeometry, refuse_other_types
 
 __all__ = ["Optics"]
 
 Readout = Literal["down", "up", "right", "left"]
 
 
-class Optics:
+class Optics(CameraGeometry):
     """Copies of a `Camera` with other optics. Ground truth uses the middle of the aperture and of the exposure."""
 
     __slots__ = ()
 
     def _changed(self, **tables: Any) -> Self:
-        camera: Any = self
-        table = camera.to_dict() | tables
+        table = self.to_dict() | tables
         present = {name: value for name, value in table.items() if value is not None}
-        changed: Self = camera.from_dict(present, up=camera.up)
-        return changed
+        return self.from_dict(present, up=self.up)
 
     def _table(self, name: str) -> dict[str, Any] | None:
-        camera: Any = self
-        table: dict[str, Any] | None = camera.to_dict().get(name)
+        table: dict[str, Any] | None = self.to_dict().get(name)
         return table
 
     @property
@@ -87,7 +81,7 @@ class Optics:
 
     def moving(
         self,
-        to: Camera | Sequence[tuple[float, Camera]],
+        to: Self | Sequence[tuple[float, Self]],
         *,
         exposure: float = 0.0,
         readout: float = 0.0,
@@ -129,8 +123,7 @@ class Optics:
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
         """The pose with K in place of a camera matrix."""
-        camera: Any = self
-        return {"K": camera.K.tolist(), **pose}
+        return {"K": self.K.tolist(), **pose}
 
     def still(self) -> Self:
         """The same camera at rest, at the middle of its motion."""
@@ -139,7 +132,7 @@ class Optics:
         return self._changed(shutter=None, **self._as_pose(_pose(self)))
 
 
-def _moment(given: Any) -> tuple[float, Camera]:
+def _moment(given: Any) -> tuple[float, Any]:
     """A time and a camera of a track."""
     try:
         time, camera = given
@@ -148,6 +141,6 @@ def _moment(given: Any) -> tuple[float, Camera]:
     return time, camera
 
 
-def _pose(camera: Any) -> dict[str, Any]:
-    camera = only_camera(camera)
+def _pose(camera: CameraGeometry) -> dict[str, Any]:
+    refuse_other_types(camera)
     return {"R": camera.R.tolist(), "C": camera.location.tolist()}

@@ -19,7 +19,6 @@ import numpy as np
 from ..arguments import whole
 from ..calibration import Cameras
 from ..camera import Camera
-from ..camera.asked import UNPOSED, is_unposed_within, world_of
 from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
@@ -28,6 +27,7 @@ from ..jobs.worker import FrameResult
 from ..notices import distinct, warn, warn_all
 from ..randomize import Recipe
 from ..render import render
+from ..render.arguments import UNPOSED, is_unposed_within, world_of
 from ..rig import Rig
 from ..world import World
 from .formats import FORMATS

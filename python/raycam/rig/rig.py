@@ -11,20 +11,22 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import DictSerializable
-from ..annotations.flow import disparity
-from ..arguments import Floats, one_of, product, several, word
-from ..camera import Camera
+from ..arguments import Floats, one_of, product, word
+from ..camera import Camera, check_camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
-from ..camera.asked import only_camera
 from ..errors import CameraError
 from ..io.html_form import html_table
+<<<<<<< HEAD
 from ..render import channel_names, render
 from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
+=======
+>>>>>>> main
 from ._rectify import rectified
 
 if TYPE_CHECKING:
+    from ..render.frame import Frame
     from ..world import World
 
 __all__ = ["Rig"]
@@ -59,7 +61,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         if not isinstance(cameras, Mapping):
             raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
         named = [
-            (word("the name of a camera", key), only_camera(camera)._core) for key, camera in cameras.items()
+            (word("the name of a camera", key), check_camera(camera)._core) for key, camera in cameras.items()
         ]
         self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), named), up)
 
@@ -252,17 +254,17 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
+        """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
 
         Each camera has its own random numbers, so that the noise of two images is independent; the first camera has
         those of `raycam.render`.
 
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
-        default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
-        `raycam.disparity`.
+        default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
+<<<<<<< HEAD
         asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
         asked = [word("channel", name) for name in asked]
         names = [name for name in asked if name != "disparity"]
@@ -291,6 +293,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
                 notices=frame.notices,
             )
         return frames
+=======
+        from ..annotations.rig_frames import render_rig
+
+        return render_rig(self, world, channels=channels, pair=pair, **options)
+>>>>>>> main
 
     def rectified(
         self,

@@ -15,12 +15,12 @@ import numpy as np
 
 from ..arguments import Floats, whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import CameraError, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
+from ..render.arguments import camera_of, world_of
 from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..render.old_names import current_names

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera
-from ..camera.asked import world_of
 from ..errors import SettingsError
 from ..notices import collected
 from ..render import render
+from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
 from .saved_frames import is_frame, load_frame

@@ -17,13 +17,18 @@ ORDER = {
         triangles lib
     """,
     "formats": """
-        error budget io encode geometry image codec obj ply stl off ies gltf calibration world_file bundle registry
+        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
         asset_loader lib
+    """,
+    "calibration": """
+        document pose rig_mount record rig files folder picture_size intrinsics plausibility
+        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        radiance_fields datasets open_folder formats lib
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
-        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations queries render render_many
-        progressive lib
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        queries render render_many progressive lib
     """,
     "web": """
         failure request page lib
@@ -32,13 +37,22 @@ ORDER = {
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments _serialization io camera reference render annotations/flow rig usd world
+        errors notices progress arguments _serialization io camera rig usd world calibration reference render
         annotations
-        calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
+        interop data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor bench demo cli
-        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
+        __main__ __init__ compat
     """,
 }
+
+DELEGATIONS = {
+    "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
+    "render/frame.py": {"render/composition.py", "viewer/page.py"},
+}
+"""Methods that hand their work to a later place (`Rig.render`, `Frame.over`, `Frame.show`), by file of the package.
+
+Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
+"""
 
 
 def order_of(house: str) -> list[str]:

@@ -1,7 +1,7 @@
 """Arrows between the files of a Python package.
 
-A name leads to the file that defines it: what a package's `__init__.py` hands on makes no arrow of its own. Imports
-inside functions count; those under `TYPE_CHECKING` never happen, and do not.
+A name leads to the file that defines it: a re-export in a package's `__init__.py` makes no arrow of its own. Imports
+inside functions and under `TYPE_CHECKING` count, except the `DELEGATIONS` of the layout.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import ast
 from functools import cache
 from pathlib import Path
 
+from .layout import DELEGATIONS
 from .source import text_of
 
 
@@ -30,6 +31,11 @@ def import_nodes(path: Path, *, top_level_only: bool = False) -> list[ast.Import
     return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
+def all_imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
+    """All import statements of a file: at the top, in functions and under `TYPE_CHECKING`."""
+    return [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def imported_packages(path: Path, *, top_level_only: bool = False) -> set[str]:
     """Packages that a file imports; those of its own package are named with their leading dots."""
     found = set()
@@ -47,10 +53,16 @@ def arrows(package: Path) -> dict[str, set[str]]:
     """For each file of the package, the files whose definitions it imports."""
     found: dict[str, set[str]] = {}
     for path in sorted(package.rglob("*.py")):
-        targets = {target for node in import_nodes(path) for target in _targets(package, path, node)}
-        own = {target.relative_to(package).as_posix() for target in targets if target != path}
-        found[path.relative_to(package).as_posix()] = own
+        name = path.relative_to(package).as_posix()
+        at_start = files_of(package, path, import_nodes(path, top_level_only=True))
+        found[name] = files_of(package, path, all_imports(path)) - (DELEGATIONS.get(name, set()) - at_start)
     return found
+
+
+def files_of(package: Path, path: Path, nodes: list[ast.Import | ast.ImportFrom]) -> set[str]:
+    """The other files of the package that import statements of a file lead to."""
+    targets = {target for node in nodes for target in _targets(package, path, node)}
+    return {target.relative_to(package).as_posix() for target in targets if target != path}
 
 
 def _targets(package: Path, path: Path, node: ast.Import | ast.ImportFrom) -> set[Path]:

@@ -1,4 +1,4 @@
-"""Sizes: lines of a crate, of a file and of a function, and files of a folder."""
+"""Sizes: lines of a file and of a function, and files of a folder."""
 
 from __future__ import annotations
 
@@ -24,11 +24,6 @@ LINES_OF_FILE = 700
 LINES_OF_FUNCTION = 80
 # Generated or typed-in tables, whose length says nothing about how much there is to understand.
 TABLE = re.compile(r"_table\.rs$")
-
-
-def lines_of_crates(root: Path) -> int:
-    """Lines under `crates/*/src`, tests and all."""
-    return sum(text_of(path).count("\n") for path in sorted((root / "crates").glob("*/src/**/*.rs")))
 
 
 def full_folders(root: Path) -> list[str]:

@@ -11,14 +11,15 @@ from pathlib import Path
 from .python_imports import imported_packages
 from .source import CRATES, code_of, python_files, rust_files, text_of
 
-# A crate may use the crates listed; a seventh crate needs an argument in the design notes.
+# A crate may use the crates listed; an eighth crate needs an argument in the design notes.
 MAY_USE: dict[str, set[str]] = {
     "bvh": set(),
     "scene": set(),
     "formats": {"scene"},
+    "calibration": {"scene", "formats"},
     "render": {"scene", "bvh"},
     "web": {"formats", "render", "scene"},
-    "bindings": {"formats", "render", "scene"},
+    "bindings": {"formats", "calibration", "render", "scene"},
 }
 THIRD_PARTY_PYTHON = {
     "numpy",

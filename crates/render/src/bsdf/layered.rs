@@ -240,8 +240,11 @@ impl<'a> LayeredBsdf<'a> {
     fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
+        // Radiance scales with the squared index, as for refraction: light that enters one way and leaves the other keeps its
+        // energy.
+        let scale = 1.0 / (stack.eta * stack.eta);
         let mut eval = BsdfEval {
-            value: stack.diffuse_transmission * self.eval_base(mirrored) + self.eval_multiscatter(wi),
+            value: stack.diffuse_transmission * (self.eval_base(mirrored) * scale) + self.eval_multiscatter(wi),
             pdf: cosine_hemisphere_pdf(-wi.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {

@@ -15,6 +15,7 @@
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod caustic_spots;
+pub(crate) mod caustics;
 pub(crate) mod gap_photons;
 pub(crate) mod gaps;
 pub(crate) mod light_visibility;
@@ -28,7 +29,7 @@ use glam::DVec3;
 use raycam_bvh::dispatch_simd;
 
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters, find_caustic_candidates};
-use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::caustics::{Caustics, NO_CAUSTICS};
 use crate::guiding::gap_photons::{first_gap_sample, trace_gaps};
 use crate::guiding::light_visibility::LightVisibility;
 use crate::guiding::photon_pass::{find_caustics, needs_caustics};
@@ -54,17 +55,6 @@ pub(crate) struct LearnedGuiding {
     /// True for a world within an exposure: tracing photons for every time would cost too much.
     is_within_exposure: bool,
 }
-
-/// Targets around objects that focus light.
-#[derive(Debug, Default)]
-pub(crate) struct Caustics {
-    pub casters: Vec<CausticCaster>,
-    /// The caustic map of each caster; empty for a world within an exposure.
-    pub maps: Vec<CausticMap>,
-    pub spots: Vec<CausticCaster>,
-}
-
-static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };
 
 impl LearnedGuiding {
     pub fn new(is_within_exposure: bool) -> Self {

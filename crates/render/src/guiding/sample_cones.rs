@@ -2,10 +2,10 @@
 
 use raycam_bvh::WithSimd;
 
-use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
 use crate::guiding::caustic_map::GuideTargets;
 use crate::guiding::caustic_spots::MAX_SPOTS;
+use crate::guiding::caustics::Caustics;
 use crate::guiding::gaps::MAX_GAPS;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::cone_mixture::{ConeMixture, MAX_CONES};

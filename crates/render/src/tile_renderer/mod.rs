@@ -12,6 +12,7 @@
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
 pub(crate) mod needs;
+pub(crate) mod pilot;
 pub(crate) mod resolve;
 pub(crate) mod rolling_shutter;
 pub(crate) mod sample_plan;

@@ -2,19 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::texture::AlphaMean;
 use crate::texture::cache::paged::PagedTexels;
 use crate::texture::image::{Image, Texels};
 use crate::texture::texel::TexelKind;
-
-/// The weight of a texel's colour in a mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TexelWeight {
-    /// The texel's area.
-    Area,
-    /// Its area times its alpha, which is the opacity.
-    Alpha,
-}
+use crate::texture::texel_weight::{AlphaMean, TexelWeight};
 
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.

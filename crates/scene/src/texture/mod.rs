@@ -6,6 +6,7 @@ mod mip;
 mod paging;
 pub(crate) mod serde_shared;
 pub(crate) mod texel;
+pub(crate) mod texel_weight;
 
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ use crate::error::Result;
 pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};
 use crate::texture::texel::TexelQuad;
+pub use crate::texture::texel_weight::AlphaMean;
 
 /// The wrap mode of texture coordinates beyond 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
@@ -172,34 +174,6 @@ enum Fetched {
     Texel([f32; 4]),
     /// Four texels, row by row, and the fractions along u and v.
     Quad(TexelQuad, [f32; 2]),
-}
-
-/// Mean of texels whose colours count in proportion to their alpha.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct AlphaMean {
-    /// Sum of the weighted texels.
-    plain: [f32; 4],
-    /// Sum of the weighted colours times their alpha.
-    colored: [f32; 3],
-}
-
-impl AlphaMean {
-    /// Adds a texel; the weights of all texels add up to 1.
-    pub fn add(&mut self, texel: [f32; 4], weight: f32) {
-        for (sum, value) in self.plain.iter_mut().zip(texel) {
-            *sum += value * weight;
-        }
-        for (sum, value) in self.colored.iter_mut().zip(texel) {
-            *sum += value * texel[3] * weight;
-        }
-    }
-
-    /// The mean: its colour is not multiplied by alpha. Without any opaque texel it is the plain mean.
-    pub fn texel(&self) -> [f32; 4] {
-        let [.., alpha] = self.plain;
-        let [r, g, b] = self.colored.map(|sum| sum / alpha);
-        if alpha > 0.0 { [r, g, b, alpha] } else { self.plain }
-    }
 }
 
 /// Between which two texels a coordinate lies along one axis, and how far from the first towards the second.

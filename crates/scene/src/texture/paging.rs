@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
 use crate::texture::cache::{TextureCache, storage_error};
 use crate::texture::image::{Image, Texels};
-use crate::texture::mip::TexelWeight;
+use crate::texture::texel_weight::TexelWeight;
 
 impl TextureCache {
     /// The image, counted, and paged where those kept so far do not fit with it.

@@ -64,7 +64,7 @@ fn mixed_transmission_conserves_energy() {
         let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
         for roughness in [0.0f32, 0.25, 0.6, 1.0] {
             for transmission in [0.1f32, 0.5, 0.9] {
-                for (front, through) in [(true, 0.0), (false, 0.0), (false, 0.6)] {
+                for (front, through) in [(true, 0.0), (true, 0.6), (false, 0.0), (false, 0.6)] {
                     let eta = if front { ior } else { 1.0 / ior };
                     let f0 = Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2));
                     let fresnel = Fresnel::Schlick { f0, f90: Vec3::ONE, eta: (!front).then_some(eta) };
@@ -83,7 +83,7 @@ fn mixed_transmission_conserves_energy() {
                         let frame = frame(degrees, 0.3);
                         let bsdf = Bsdf::Layered(LayeredBsdf::new(stack, &frame));
                         let mut found = furnace(&bsdf, &frame, 1 << 14);
-                        for samples in [1 << 17, 1 << 20] {
+                        for samples in [1 << 16, 1 << 19] {
                             if (found.x - 1.0).abs() > 1e-3 {
                                 found = furnace(&bsdf, &frame, samples);
                             }
@@ -100,7 +100,7 @@ fn mixed_transmission_conserves_energy() {
             }
         }
     }
-    assert!(worst.is_empty(), "{} of 864:\n{}", worst.len(), worst.join("\n"));
+    assert!(worst.is_empty(), "{} of 1152:\n{}", worst.len(), worst.join("\n"));
 }
 
 /// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::texture::cache::TextureCache;
-use crate::texture::mip::TexelWeight;
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad};
+use crate::texture::texel_weight::TexelWeight;
 
 /// Texels per side of a tile; tiles at the right and bottom edges are smaller.
 pub(crate) const TILE_SIZE: usize = 64;
