@@ -17,12 +17,6 @@ from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
 from ..errors import CameraError
 from ..io.html_form import html_table
-<<<<<<< HEAD
-from ..render import channel_names, render
-from ..render.camera_seed import with_camera_seed
-from ..render.frame import Frame
-=======
->>>>>>> main
 from ._rectify import rectified
 
 if TYPE_CHECKING:
@@ -264,40 +258,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
-<<<<<<< HEAD
-        asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
-        asked = [word("channel", name) for name in asked]
-        names = [name for name in asked if name != "disparity"]
-        found: dict[str, npt.NDArray[Any]] = {}
-        if len(names) < len(asked):
-            left, right = self.pair(*(pair or ()))
-            cameras, threads = (self[left], self[right]), options.get("threads")
-            found[left] = disparity(world, *cameras, of="left", threads=threads)["disparity"]
-            found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
-        plain = channel_names("all" if names == ["all"] else names or ["depth"])
-        frames = {}
-        for index, (name, camera) in enumerate(self.items()):
-            frame = render(world, camera, channels=plain, **with_camera_seed(options, index))
-            planes = {key: frame[key] for key in frame if names}
-            if name in found:
-                x, y, width, height = frame.region
-                planes["disparity"] = np.ascontiguousarray(found[name][y : y + height, x : x + width])
-            frames[name] = Frame(
-                planes,
-                camera=camera,
-                size=frame.size,
-                region=frame.region,
-                exposure=frame.exposure,
-                view=frame.view,
-                transparent=frame.transparent,
-                notices=frame.notices,
-            )
-        return frames
-=======
         from ..annotations.rig_frames import render_rig
 
         return render_rig(self, world, channels=channels, pair=pair, **options)
->>>>>>> main
 
     def rectified(
         self,
