@@ -497,7 +497,7 @@ def test_the_budget_holds(tmp_path: Path) -> None:
     for budget, reason in (
         (usd.UsdLimits(bytes=100), "100"),
         (usd.UsdLimits(seconds=0.0), "not read within"),
-        (usd.UsdLimits(triangles=3), "memory|corners"),
+        (usd.UsdLimits(corners=3), "memory|corners"),
     ):
         with pytest.raises(raycam.FormatError, match=reason):
             usd.read(tmp_path / "a.usda", tmp_path, budget)

@@ -14,6 +14,7 @@
 //! gltf                 json ← document ← mesh ← world; writer
 //! calibration          cameras of other tools: a table of formats around one record
 //! world_file, bundle   TOML; exact copies for other processes
+//! polygon_arrays       meshes and objects from another process
 //! registry             the table of loadable formats
 //! asset_loader         files that a description names
 //! encode               PNG, EXR, HDR, masks
@@ -37,6 +38,7 @@ mod io;
 mod obj;
 mod off;
 mod ply;
+pub mod polygon_arrays;
 mod registry;
 mod stl;
 pub mod world_file;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
@@ -34,7 +34,7 @@ from .ray_queries import RayQueries
 from .read_only import ReadOnlyDict, ReadOnlyList, matrix_of
 from .studio import add_ground, add_studio, studio_world
 from .targets import aimed
-from .usd_files import add_usd_object, is_usd, usd_named
+from .usd_files import add_usd_object, explain_usd, is_usd
 
 __all__ = ["Animation", "Object", "Topology", "Video", "World"]
 
@@ -56,7 +56,7 @@ class World(RayQueries, PointQueries):
     same.
     """
 
-    __slots__ = ("_bare", "_core", "_folder")
+    __slots__ = ("_bare", "_core", "_folder", "_stage_variants")
 
     def __init__(
         self,
@@ -69,11 +69,13 @@ class World(RayQueries, PointQueries):
         self._folder = None if folder is None else os.fspath(Path(folder).absolute())
         self._core = _core.World(up, self._folder or "", limit)
         self._bare: World | None = None
+        self._stage_variants: tuple[str, ...] = ()
 
     @classmethod
-    def _of(cls, core: _core.World) -> World:
+    def _of(cls, core: _core.World, stage_variants: Sequence[str] = ()) -> World:
         world = cls.__new__(cls)
         world._core, world._folder, world._bare = core, None, None
+        world._stage_variants = tuple(stage_variants)
         return world
 
     @classmethod
@@ -90,7 +92,7 @@ class World(RayQueries, PointQueries):
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with usd_named():
+        with explain_usd():
             world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
         return world
@@ -517,11 +519,18 @@ class World(RayQueries, PointQueries):
 
     @property
     def variants(self) -> list[str]:
-        """The names of the material variants."""
-        return self._core.variants
+        """The names of the material variants of glTF; for USD, all variants as "SET=NAME", for `load(variant=)`."""
+        return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> World:
-        """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
+        """The same world with the material variant of this name; raises `WorldError` with the nearest known name.
+
+        Variants of USD change the geometry as well: `load(path, variant=)` selects them.
+        """
+        if self._stage_variants:
+            raise WorldError(
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+            )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
         )
