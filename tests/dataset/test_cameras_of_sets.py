@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ POINTS = np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3))
 
 
 @pytest.mark.parametrize("format", ["coco", "bop", "kitti", "colmap", "nerf", "tum", "scannet", "replicator"])
-def test_a_set_is_read_back(tmp_path: Path, format: str) -> None:
+@pytest.mark.filterwarnings("ignore:replicator")
+def test_cameras_of_a_data_set_are_read_back(tmp_path: Path, format: str) -> None:
     lens: dict[str, Any] = (
         {"distortion": [-0.2, 0.05, 0.001, 0.0]} if format in ("coco", "colmap", "nerf", "replicator") else {}
     )
@@ -28,6 +30,42 @@ def test_a_set_is_read_back(tmp_path: Path, format: str) -> None:
         assert own.size == given.size
         shift = (0.5 if own.pixel_center == "half" else 0.0) - (0.5 if given.pixel_center == "half" else 0.0)
         np.testing.assert_allclose(own.project(POINTS)[0] - shift, given.project(POINTS)[0], atol=1e-6)
+
+
+def test_nerf_stores_panoramas_of_all_directions(tmp_path: Path) -> None:
+    places = [[0.1, 0.2, 0.3], [1.0, 0.0, 0.5]]
+    cameras = [raycam.Camera.equirectangular(place, 10, 20, 30, size=(64, 32)) for place in places]
+    write(table(), tmp_path, "nerf", cameras=cameras, samples=1, integrator="flat")
+    document = json.loads((tmp_path / "transforms.json").read_text())
+    # nerfstudio: fx = fy = height for the vertical and half the width for the horizontal angle.
+    assert document["camera_model"] == "EQUIRECTANGULAR"
+    assert [document[key] for key in ("fl_x", "fl_y", "cx", "cy", "w", "h")] == [32, 32, 32, 16, 64, 32]
+    for own, given in zip(raycam.load_cameras(tmp_path).values(), cameras, strict=True):
+        np.testing.assert_allclose(own.project(POINTS)[0] - 0.5, given.project(POINTS)[0], atol=1e-6)
+    part = raycam.Camera.look_at([1, 1, 1], [0, 0, 0], size=(64, 32), model="equirectangular")
+    with pytest.raises(raycam.CameraError):
+        write(table(), tmp_path / "part", "nerf", cameras=[part])
+
+
+@pytest.mark.parametrize(
+    ("K", "lens", "notices"),
+    [
+        ([[70, 0, 31], [0, 65, 23], [0, 0, 1]], {}, 0),
+        ([[70, 2, 31], [0, 65, 23], [0, 0, 1]], {}, 1),
+        ([[70, 0, 31], [0, 65, 23], [0, 0, 1]], {"distortion": [-0.2, 0.05, 0, 0]}, 1),
+        ([[30, 0, 31], [0, 30, 23], [0, 0, 1]], {"model": "fisheye", "distortion": [0, 0, 0, 0]}, 1),
+    ],
+)
+def test_replicator_reports_lenses_that_its_keys_cannot_represent(
+    tmp_path: Path, K: Any, lens: dict[str, Any], notices: int
+) -> None:
+    camera = raycam.Camera.look_at([3, 1, 2], [0, 0, 0.3], size=(64, 48), K=K, **lens)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        write(table(), tmp_path, "replicator", cameras=[camera], samples=1, integrator="flat")
+    assert sum("camera_params" in str(one.message) for one in caught) == notices
+    (found,) = raycam.load_cameras(tmp_path).values()
+    np.testing.assert_allclose(found.project(POINTS)[0] - camera.project(POINTS)[0], 0, atol=1e-6)
 
 
 def test_replicators_camera_is_read_by_its_film(tmp_path: Path) -> None:

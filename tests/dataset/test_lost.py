@@ -55,7 +55,7 @@ def test_depth_beyond_a_format_is_told(
     (notice,) = told(beyond)
     assert f"beyond {limit:.6g}" in notice
     # Half of the picture's pixels show the far wall.
-    assert "in 1536 of 3072 pixels with a value (50 %)" in notice
+    assert "1536 of 3072 pixels with a value (50 %)" in notice
     if format != "kitti":
         wider = write(wall(limit * 1.001), tmp_path / "wide", format, cameras=[ahead()], depth_scale=2 * unit)
         assert told(wider) == []
@@ -190,3 +190,20 @@ def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> N
     assert names[3] == "left/img.png"
     assert len({name.casefold() for name in names}) == 4  # as a Mac or Windows keeps them
     assert all((tmp_path / "coco/images" / name).exists() for name in names)
+
+
+def test_kitti_flow_beyond_its_range_is_reported(tmp_path: Path) -> None:
+    """The near wall, on the left half, moves by f B / Z = 60 * 30 / 3 = 600 pixels, the far one by 60."""
+    world = raycam.World()
+    for x, z in ((-500.0, 3.0), (500.0, 30.0)):
+        world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")
+    cameras = [ahead(), ahead().at_pose(np.eye(3), [-30.0, 0, 0])]
+    result = write(world, tmp_path, "kitti", cameras=cameras, flow=True, samples=1, integrator="flat")
+    (notice,) = told(result)
+    assert "flow" in notice
+    encoded = cv2.imread(str(tmp_path / "scene_flow/training/flow_occ/000000_10.png"), cv2.IMREAD_UNCHANGED)
+    valid = encoded[..., 0] == 1
+    assert f"{np.count_nonzero(~valid)} of {valid.size} pixels" in notice
+    assert not valid[:, :31].any()
+    assert valid[:, 33:].all()
+    np.testing.assert_allclose((encoded[:, 33:, 2] - 32768.0) / 64, 60.0, atol=1 / 64)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import shutil
+import stat
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
-from raycam.io.atomic_files import atomic_path, check_writable, write
-from raycam.io.file_lock import try_lock
+import raycam
+from raycam.io.atomic_files import atomic_path, check_writable, make_folder, write
+from raycam.io.file_lock import hold_lock, try_lock
 
 
-def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
+def test_atomic_path_appears_when_the_block_ends(tmp_path: Path) -> None:
     target = tmp_path / "a.png"
     with atomic_path(target) as temporary:
         assert temporary.parent == tmp_path
@@ -27,7 +30,7 @@ def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["a.png"]
 
 
-def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> None:
+def test_atomic_path_after_an_error_keeps_the_old_file(tmp_path: Path) -> None:
     target = tmp_path / "a.png"
     write(target, b"old")
 
@@ -65,9 +68,7 @@ write({path!r}, b"half")
 
 
 @pytest.mark.parametrize(("program", "whole"), [(IN_PIECES, False), (IN_PIECES, True), (AT_ONCE, True)])
-def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_is_not(
-    tmp_path: Path, program: str, whole: bool
-) -> None:
+def test_atomic_path_removes_files_of_dead_processes_only(tmp_path: Path, program: str, whole: bool) -> None:
     program = program.format(path=str(tmp_path / "a.mp4"))
     mine = tmp_path / ".a.0123.mp4"
     mine.write_bytes(b"")
@@ -97,7 +98,7 @@ def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_
 
 
 @pytest.mark.parametrize("holds_it", [True, False])
-def test_a_temporary_file_that_another_process_takes_for_stale_is_made_anew(
+def test_write_after_losing_its_temporary_file_creates_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, holds_it: bool
 ) -> None:
     opened = os.open
@@ -122,13 +123,13 @@ def test_a_temporary_file_that_another_process_takes_for_stale_is_made_anew(
         os.close(others[0])
 
 
-def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:
+def test_atomic_path_without_writing_raises_file_not_found(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), atomic_path(tmp_path / "a"):
         pass
     assert os.listdir(tmp_path) == []
 
 
-def test_errors_of_the_disk_are_of_the_file_whoever_meets_them(tmp_path: Path) -> None:
+def test_atomic_path_disk_errors_name_the_file(tmp_path: Path) -> None:
     import av.error
 
     for fault in (OSError(errno.ENOSPC, "full"), av.error.OSError(errno.ENOSPC, "full")):
@@ -137,7 +138,9 @@ def test_errors_of_the_disk_are_of_the_file_whoever_meets_them(tmp_path: Path) -
         assert (told.value.errno, told.value.filename) == (errno.ENOSPC, str(tmp_path / "a.mp4"))
 
 
-def test_file_and_folder_are_synced_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_write_syncs_file_then_renames_then_syncs_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     target, steps = tmp_path / "a", []
     fsync, replace = os.fsync, os.replace
 
@@ -156,7 +159,7 @@ def test_file_and_folder_are_synced_in_order(tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_disk_that_fails_leaves_the_old_file(
+def test_write_on_a_failing_disk_keeps_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
     target = tmp_path / "a"
@@ -173,7 +176,7 @@ def test_a_disk_that_fails_leaves_the_old_file(
     assert os.listdir(tmp_path) == ["a"]
 
 
-def test_a_write_that_hits_a_real_limit_leaves_the_old_file(tmp_path: Path) -> None:
+def test_write_beyond_the_file_size_limit_keeps_the_old_file(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"old")
     program = """
 import resource, sys
@@ -190,7 +193,7 @@ except OSError as error:
     assert os.listdir(tmp_path) == ["a"]
 
 
-def test_the_mode_of_a_replaced_file_stays(tmp_path: Path) -> None:
+def test_write_keeps_the_mode_of_a_replaced_file(tmp_path: Path) -> None:
     target = tmp_path / "a"
     write(target, b"old")
     target.chmod(0o640)
@@ -198,9 +201,9 @@ def test_the_mode_of_a_replaced_file_stays(tmp_path: Path) -> None:
     assert target.stat().st_mode & 0o777 == 0o640
 
 
-def test_check_writable_says_what_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_check_writable_raises_for_each_obstacle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check_writable(tmp_path / "new.png", 1000)
-    with pytest.raises(FileNotFoundError, match="no folder") as missing:
+    with pytest.raises(FileNotFoundError, match="does not exist") as missing:
         check_writable(tmp_path / "nowhere" / "a.png")
     assert missing.value.filename == str(tmp_path / "nowhere" / "a.png")
     with pytest.raises(IsADirectoryError):
@@ -214,11 +217,152 @@ def test_check_writable_says_what_is_wrong(tmp_path: Path, monkeypatch: pytest.M
         check_writable(tmp_path / "a.png", shutil.disk_usage(tmp_path).free * 2)
     assert full.value.errno == errno.ENOSPC
     monkeypatch.setattr(os, "access", lambda *_: False)
-    with pytest.raises(PermissionError, match="may not be written"):
+    with pytest.raises(PermissionError, match="write-protected"):
         check_writable(tmp_path / "a.png")
 
 
-def test_relative_names_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_write_accepts_relative_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     write("a", b"1")
     assert Path("a").read_bytes() == b"1"
+
+
+@pytest.mark.parametrize(
+    "reason", [errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK, errno.EINVAL, errno.EACCES, errno.EIO]
+)
+def test_write_on_a_file_system_without_locks_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(reason, os.strerror(reason))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    other = tmp_path / ".a.01234567.png"  # may belong to a running process
+    other.write_bytes(b"half")
+    check_writable(tmp_path / "a.png")
+    write(tmp_path / "a.png", b"whole")
+    assert (tmp_path / "a.png").read_bytes() == b"whole"
+    assert sorted(os.listdir(tmp_path)) == [other.name, "a.png"]
+    with pytest.warns(raycam.Notice, match="locks"), hold_lock(tmp_path / "lock", tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("reason", [errno.EINVAL, errno.EIO, errno.ENOTSUP])
+def test_write_ignores_folders_that_cannot_be_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
+) -> None:
+    fsync = os.fsync
+
+    def refuse_folders(descriptor: int) -> None:
+        if os.path.isdir(f"/proc/self/fd/{descriptor}"):
+            raise OSError(reason, os.strerror(reason))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", refuse_folders)
+    write(tmp_path / "a", b"1")
+    make_folder(tmp_path / "b" / "c")
+    assert (tmp_path / "a").read_bytes() == b"1"
+
+
+def test_write_follows_symbolic_links(tmp_path: Path) -> None:
+    real, links = tmp_path / "real", tmp_path / "links"
+    real.mkdir()
+    links.mkdir()
+    (links / "first.png").symlink_to("second.png")
+    (links / "second.png").symlink_to("../real/a.png")  # leads to no file yet
+    for data in (b"new", b"newer"):
+        check_writable(links / "first.png")
+        write(links / "first.png", data)
+        assert (real / "a.png").read_bytes() == data
+    assert (links / "first.png").is_symlink()
+    assert (links / "second.png").is_symlink()
+    assert (os.listdir(real), sorted(os.listdir(links))) == (["a.png"], ["first.png", "second.png"])
+    (links / "round.png").symlink_to("round.png")
+    with pytest.raises(OSError, match=os.strerror(errno.ELOOP)):
+        check_writable(links / "round.png")
+
+
+def test_write_to_a_pipe_writes_into_it(tmp_path: Path) -> None:
+    pipe = tmp_path / "a.png"
+    os.mkfifo(pipe)
+    (tmp_path / "link.png").symlink_to(pipe)
+    for name in ("a.png", "link.png"):
+        with subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE) as reader:
+            check_writable(tmp_path / name)
+            write(tmp_path / name, b"data")
+            assert reader.communicate()[0] == b"data"
+    assert stat.S_ISFIFO(os.stat(pipe).st_mode)
+    assert sorted(os.listdir(tmp_path)) == ["a.png", "link.png"]
+
+
+def test_write_to_a_link_to_the_standard_output_keeps_the_redirection(tmp_path: Path) -> None:
+    (tmp_path / "out.png").symlink_to("/dev/stdout")
+    program = f"from raycam.io.atomic_files import write; write({str(tmp_path / 'out.png')!r}, b'data')"
+    with open(tmp_path / "redirected", "wb") as into:
+        subprocess.run([sys.executable, "-c", program], stdout=into, check=True)
+    assert (tmp_path / "redirected").read_bytes() == b"data"
+    piped = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, check=True)
+    assert piped.stdout == b"data"
+
+
+@pytest.mark.parametrize("reason", [errno.EBUSY, errno.EXDEV])
+def test_write_to_a_mounted_file_writes_in_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
+) -> None:
+    target = tmp_path / "a.png"
+    target.write_bytes(b"a longer old text")
+    number = target.stat().st_ino
+
+    def busy(*_: object) -> None:
+        raise OSError(reason, os.strerror(reason))
+
+    monkeypatch.setattr(os, "replace", busy)
+    write(target, b"new")
+    assert target.read_bytes() == b"new"
+    assert target.stat().st_ino == number
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_write_in_a_protected_folder_writes_an_existing_file_in_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "a.png"
+    target.write_bytes(b"old")
+    access = os.access
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: access(path, mode) and not (mode & os.W_OK and os.path.isdir(path))
+    )
+    check_writable(target)
+    write(target, b"new")
+    assert target.read_bytes() == b"new"
+    assert os.listdir(tmp_path) == ["a.png"]
+    with pytest.raises(PermissionError):
+        check_writable(tmp_path / "b.png")
+
+
+def test_write_protected_files_are_refused_and_kept(tmp_path: Path) -> None:
+    target, link = tmp_path / "a.png", tmp_path / "link.png"
+    target.write_bytes(b"old")
+    target.chmod(0o444)
+    link.symlink_to(target)
+    for path in (target, link):
+        with pytest.raises(PermissionError) as refused:
+            check_writable(path)
+        assert refused.value.filename == str(path)
+        with pytest.raises(PermissionError):
+            write(path, b"new")
+    assert target.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize(
+    "name", ["n" * 251 + ".png", "ü" * 125 + ".png", "a." + "e" * 250, "n" * 255, "." + "n" * 254]
+)
+def test_write_accepts_names_of_up_to_255_bytes(tmp_path: Path, name: str) -> None:
+    check_writable(tmp_path / name)
+    write(tmp_path / name, b"1")
+    with atomic_path(tmp_path / name) as temporary:
+        temporary.write_bytes(b"2")
+    assert (tmp_path / name).read_bytes() == b"2"
+    assert os.listdir(tmp_path) == [name]
+    with pytest.raises(OSError, match=os.strerror(errno.ENAMETOOLONG)):
+        check_writable(tmp_path / (name + "x" * 12))

@@ -266,7 +266,7 @@ def test_a_damaged_description_says_what_to_do_and_that_works(
 def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:
     def again(frame: int) -> None:
         if frame == 1:
-            with pytest.raises(JobError, match=f"process {os.getpid()} .*at it already"):
+            with pytest.raises(JobError, match=f"process {os.getpid()} "):
                 Job(tmp_path / "a", package()).run(Pool())
             Job(tmp_path / "a", package()).run(Pool(), shard=(1, 4))
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import raycam
 from raycam.notices import collected
-from raycam.render import request_of
 from raycam.render.fireflies import bright_pixels
+from raycam.render.render import request_of
 from scipy import ndimage
 
 SIDE = 0.004

@@ -27,7 +27,8 @@
 //! | `integrator` | path tracing, ambient occlusion, unlit colours |
 //! | `ground_truth` | exact rays through pixel centres and their channels |
 //! | `tile_renderer` | camera rays, shading and resolve of one tile |
-//! | `annotations` | flow, keypoints, amodal masks, queries of rays and points |
+//! | `annotations` | flow, keypoints and amodal masks |
+//! | `queries` | ray and point queries: closest hits, crossings, inside tests, distances |
 //!
 //! A folder uses folders above it in this table alone; `prepare/world.rs`, which composes the prepared world, stands
 //! between `light` and `motion`.
@@ -64,6 +65,7 @@ mod memory;
 mod motion;
 mod prepare;
 mod progressive;
+pub mod queries;
 mod render;
 mod render_many;
 mod sampling;

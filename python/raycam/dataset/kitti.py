@@ -95,7 +95,9 @@ def make(plan: Plan, number: int) -> Made:
         if plan.options["flow"] and number + 1 < units(plan):
             following = left_camera(plan, number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
-            made |= flows(shot, following, base, name)
+            files, loss = flows(shot, following, base, name)
+            made |= files
+            losses.append(loss)
     pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
     counts = {what: count for loss in losses for what, count in loss.get(KEY, {}).items()}
     return made, {"pose": pose, **({KEY: counts} if counts else {})}
@@ -209,14 +211,17 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
     return files, loss_of(f"disparity of 0, below, or beyond {MAX_U16:.6g} pixels", exact)
 
 
-def flows(shot: Shot, following: Shot, base: str, name: str) -> dict[str, bytes]:
-    """The flow maps to the next picture: of all surfaces, and of the surfaces that it shows."""
+def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:
+    """The flow maps to the next image, of all surfaces and of those that it shows; and the loss."""
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
-    return {
-        f"{base}/flow_occ/{name}_10.png": png(flow16(found["flow"], np.ones_like(both))),
+    every = flow16(found["flow"], np.ones_like(both))
+    files = {
+        f"{base}/flow_occ/{name}_10.png": png(every),
         f"{base}/flow_noc/{name}_10.png": png(flow16(found["flow"], both)),
     }
+    known = np.isfinite(found["flow"][..., 0])  # both components are finite or neither
+    return files, lost("flow of 512 pixels or more", known & (every[..., 2] == 0), known)
 
 
 def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:

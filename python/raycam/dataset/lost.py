@@ -1,4 +1,4 @@
-"""Values that the integers of a format cannot hold: 0 in its files, counted in the records, told in one notice."""
+"""Values that a format's integers cannot represent: counted per image, and reported in one notice per kind."""
 
 from __future__ import annotations
 
@@ -46,25 +46,29 @@ def depth_units(
 
 
 def lost(what: str, pixels: Bools, of: Bools) -> Record:
-    """The part of a record that counts lost pixels among those with a value; empty for none."""
+    """The part of a record that counts lost pixels among those with a value; empty if none is lost.
+
+    `what` names the values that the format cannot represent, for example "depth beyond 65.535 m".
+    """
     count = int(np.count_nonzero(pixels))
     return {KEY: {what: [count, int(np.count_nonzero(of))]}} if count else {}
 
 
 def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[str]:
-    """One notice for each kind of value, with the share of pixels and the number of pictures."""
+    """One notice for each kind of value, with the share of pixels and the number of images."""
     totals: dict[str, list[int]] = {}
     for record in records:
         for what, (count, of) in record.get(KEY, {}).items():
             total = totals.setdefault(what, [0, 0, 0])
             total[0], total[1], total[2] = total[0] + count, total[1] + of, total[2] + 1
-    return [
-        f"{format} cannot hold {what}: 0 in {count} of {of} pixels with a value ({100.0 * count / of:.3g} %), in "
-        f"{pictures} picture{'' if pictures == 1 else 's'}"
-        + (
-            "; depth_scale, in millimetres per unit, reaches further"
-            if "depth" in what and format != "kitti"
-            else ""
-        )
-        for what, (count, of, pictures) in totals.items()
-    ]
+    return [_lost_notice(format, what, *total) for what, total in totals.items()]
+
+
+def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> str:
+    written = "marked as invalid" if what.startswith("flow") else "written as 0"
+    share = f"{count} of {of} pixels with a value ({100.0 * count / of:.3g} %)"
+    where = f"in {images} image{'' if images == 1 else 's'}"
+    remedy = ""
+    if what.startswith("depth") and format != "kitti":
+        remedy = "; use a larger depth_scale (millimetres per unit)"
+    return f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"

@@ -17,7 +17,13 @@ __all__ = ["FORMAT"]
 
 DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3"), "fisheye": ("k1", "k2", "k3", "k4")}
 """Coefficients with the same meaning in nerfstudio, whose k4 is a fourth power and OpenCV's a denominator."""
-MODELS = {"pinhole": "PINHOLE", "opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}
+MODELS = {
+    "pinhole": "PINHOLE",
+    "opencv": "OPENCV",
+    "fisheye": "OPENCV_FISHEYE",
+    "equirectangular": "EQUIRECTANGULAR",
+}
+"""nerfstudio's `camera_model` by lens model."""
 
 
 def check(plan: Plan) -> None:
@@ -25,16 +31,44 @@ def check(plan: Plan) -> None:
     check_depth_scale(plan.options["depth_scale"])
     for number, view in enumerate(plan.shots):
         camera = view.camera
-        if camera.model not in MODELS or camera.K[0, 1] != 0.0:
+        if camera.model not in MODELS:
             raise CameraError(
-                f"camera {number} ({camera.model}) has skew or a lens that transforms.json does not have"
+                f"camera {number}: transforms.json does not support lens model {camera.model}; supported: "
+                f"{', '.join(MODELS)}"
             )
-        if camera.distortion is not None and np.any(camera.distortion[len(DISTORTION[camera.model]) :]):
+        if camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number} has more distortion than transforms.json: {camera.distortion}"
+                f"camera {number}: transforms.json does not support skew; K[0, 1] is {camera.K[0, 1]}"
             )
-    if len({view.camera.model for view in plan.shots}) > 1:
-        raise CameraError("the cameras have lenses of several models; a transforms.json has one camera_model")
+        if camera.model == "equirectangular":
+            check_whole_panorama(camera, number)
+        elif camera.distortion is not None and np.any(camera.distortion[len(DISTORTION[camera.model]) :]):
+            names = ", ".join(DISTORTION[camera.model])
+            raise CameraError(
+                f"camera {number}: transforms.json supports the coefficients {names} of lens model {camera.model}; "
+                f"distortion is {camera.distortion.tolist()}"
+            )
+    models = sorted({view.camera.model for view in plan.shots})
+    if len(models) > 1:
+        raise CameraError(
+            f"the cameras have the lens models {', '.join(models)}; a transforms.json has one camera_model: "
+            "write a data set for each"
+        )
+
+
+def check_whole_panorama(camera: Camera, number: int) -> None:
+    """Raises `CameraError` unless a panorama shows all directions: nerfstudio stores its size alone."""
+    width, height = camera.size
+    whole = (
+        Camera.equirectangular([0, 0, 0], size=camera.size, pixel_center=camera.pixel_center)
+        if width == 2 * height
+        else None
+    )
+    if whole is None or not np.allclose(camera.K, whole.K, rtol=0, atol=1e-9 * width):
+        raise CameraError(
+            f"camera {number}: transforms.json supports only panoramas of all directions, twice as wide as high; "
+            f"create it with Camera.equirectangular, size=(2 * height, height); size is {camera.size}"
+        )
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -62,9 +96,15 @@ def opengl_pose(camera: Camera) -> list[list[float]]:
 
 
 def intrinsics(camera: Camera) -> Record:
-    """The intrinsics of a camera; the centre of the first pixel is (0.5, 0.5)."""
-    k = k_with_half_centers(camera)
+    """The intrinsics of a camera; the centre of the first pixel is (0.5, 0.5).
+
+    A panorama has nerfstudio's fl_x = w / 2 and fl_y = h. Source: nerfstudio, cameras/cameras.py, EQUIRECTANGULAR.
+    """
     width, height = camera.size
+    if camera.model == "equirectangular":
+        middle = {"cx": width / 2, "cy": height / 2}
+        return {"fl_x": width / 2, "fl_y": float(height), **middle, "w": width, "h": height}
+    k = k_with_half_centers(camera)
     found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2], "w": width, "h": height}
     if camera.distortion is not None:
         names = DISTORTION[camera.model]

@@ -65,6 +65,8 @@ class Format:
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
     """True if the format stores one pose and K for each picture."""
+    notices: Callable[[Plan], list[str]] = field(default=lambda plan: [])
+    """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 
 
 @dataclass(frozen=True)

@@ -6,25 +6,39 @@ import contextlib
 import errno
 import os
 import re
+import stat
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from .file_lock import try_lock
-from .system_calls import BINARY, sync
+from .file_lock import LocksUnsupportedError, try_lock
+from .system_calls import BINARY, sync, sync_folder
 
-__all__ = ["atomic_path", "check_writable", "make_folder", "sync", "with_path", "write"]
+__all__ = ["atomic_path", "check_writable", "make_folder", "sync", "sync_folder", "with_path", "write"]
 
 PLACEHOLDER = b"not written yet\n"
 """The contents of a temporary file before anything is written to it."""
 
+MAX_STEM_BYTES = 100
+"""Bytes of a file's stem in its temporary name: file systems limit a name to 255 bytes."""
+
+MAX_ENDING_BYTES = 40
+"""Bytes of the longest ending that a temporary name keeps."""
+
+MAX_LINKS = 40
+"""Symbolic links that are followed one after another, as in Linux."""
+
 
 @contextlib.contextmanager
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yields a temporary path beside `path`; the file there is renamed to `path` when the block ends.
+    """Yields the path of a temporary file that replaces `path` when the block ends.
 
-    The file is synced, renamed over `path`, and the folder is synced, so that `path` is complete even after a crash. If
-    the block raises, the temporary file is removed and an existing `path` is kept. The temporary name begins with a dot
-    and has the ending of `path`. Temporary files that a killed process has left are removed.
+    The temporary file is in the same folder and has the same ending; its name begins with a dot. It is synced, renamed
+    to `path`, and the folder is synced, so that `path` is complete even after a crash. If the block raises, the
+    temporary file is removed and an existing `path` is kept. Temporary files of killed processes are removed.
+
+    Symbolic links are followed. A file that cannot be replaced is overwritten instead, which is not atomic: a pipe, a
+    device, a file that is mounted into a container, and a file in a folder without write permission.
 
     Raises the `OSError`s of `check_writable` and of the disk.
     """
@@ -36,10 +50,52 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
 
 
+@dataclass(frozen=True)
+class _Destination:
+    """The file that a path leads to."""
+
+    path: str
+    """Links are followed."""
+    is_stream: bool
+    """True for a pipe, a device or an open descriptor, which can only be written to."""
+    is_replaceable: bool
+    """False if the contents must be copied into the existing file."""
+
+
+def _find_destination(target: str) -> _Destination:
+    """Follows the links of a path. Raises `OSError` (ELOOP, ENAMETOOLONG, EACCES)."""
+    path = target
+    for _ in range(MAX_LINKS):
+        try:
+            mode = os.lstat(path).st_mode
+        except (FileNotFoundError, NotADirectoryError):
+            return _Destination(path, is_stream=False, is_replaceable=True)
+        folder = os.path.realpath(os.path.dirname(path))
+        if folder == "/proc" or folder.startswith("/proc/"):  # /dev/stdout and its like: an open file
+            return _Destination(path, is_stream=True, is_replaceable=False)
+        if not stat.S_ISLNK(mode):
+            stream = not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+            writable = os.access(os.path.dirname(path) or os.curdir, os.W_OK | os.X_OK)
+            return _Destination(path, is_stream=stream, is_replaceable=writable and not stream)
+        path = os.path.join(os.path.dirname(path), os.readlink(path))
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), target)
+
+
+def _temporary_stem_and_ending(target: str) -> tuple[str, str]:
+    """The stem and the ending of a target's temporary names, short enough for every file system."""
+    stem, ending = os.path.splitext(os.path.basename(target))
+    while len(os.fsencode(stem)) > MAX_STEM_BYTES:
+        stem = stem[:-1]
+    return stem, ending if len(os.fsencode(ending)) <= MAX_ENDING_BYTES else ""
+
+
 def _remove_stale_temp_files(target: str) -> None:
-    """Removes the temporary files of a target that no living process has locked, as far as the disk allows."""
-    folder, name = os.path.split(target)
-    stem, ending = os.path.splitext(name)
+    """Removes the temporary files of a target that no running process has locked, as far as the disk permits.
+
+    A file system without locks does not show whether a process still writes a file: all files stay.
+    """
+    folder = os.path.dirname(target)
+    stem, ending = _temporary_stem_and_ending(target)
     temporary = re.compile(rf"\.{re.escape(stem)}\.[0-9a-f]{{8}}{re.escape(ending)}")
     names = (other for other in os.listdir(folder or os.curdir) if other.startswith(f".{stem}."))
     for other in filter(temporary.fullmatch, names):
@@ -56,18 +112,27 @@ def _remove_stale_temp_files(target: str) -> None:
                 os.unlink(path)
 
 
-def _create_temporary(target: str, folder: str) -> tuple[str, int]:
-    """A new temporary file of a target, its path and descriptor, locked: one without a lock belongs to a dead process.
+def _lock_if_supported(file: int) -> bool:
+    """Locks an open file. Returns True also on file systems without locks, where no process removes the file."""
+    try:
+        return try_lock(file)
+    except LocksUnsupportedError:
+        return True
 
-    Another process that removes stale files may meet it before it is locked, and remove it; then there is a next one.
+
+def _create_temporary(target: str, folder: str) -> tuple[str, int]:
+    """Creates and locks a temporary file of a target; returns its path and descriptor.
+
+    A temporary file without a lock belongs to a dead process. Another process may therefore remove the new file before
+    it is locked; the loop then creates another.
     """
-    stem, ending = os.path.splitext(os.path.basename(target))
+    stem, ending = _temporary_stem_and_ending(target)
     while True:
         temporary = os.path.join(folder, f".{stem}.{os.urandom(4).hex()}{ending}")
         with with_path(target, temporary):
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             try:
-                if (try_lock(file) or os.name == "nt") and os.fstat(file).st_nlink > 0:
+                if (_lock_if_supported(file) or os.name == "nt") and os.fstat(file).st_nlink > 0:
                     return temporary, file  # Windows removes no open file
             except BaseException:
                 os.unlink(temporary)
@@ -82,28 +147,67 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
 
     Paths are strings: pathlib interns the parts of every name, and a long job has very many names.
     """
-    check_writable(target)
-    folder = os.path.dirname(target)
-    if scratch is None:
+    found = _check_destination(target)
+    folder = os.path.dirname(found.path)
+    if found.path != target or not found.is_replaceable:
+        scratch = None  # it may be on another disk than the file
+    if scratch is None and found.is_replaceable:
         with with_path(target):
-            _remove_stale_temp_files(target)
-    temporary, file = _create_temporary(target, scratch or folder)
+            _remove_stale_temp_files(found.path)
+    place = scratch or (folder if found.is_replaceable else _temporary_folder())
+    temporary, file = _create_temporary(found.path, place)
     try:
         with with_path(target, temporary), contextlib.ExitStack() as opened:
             opened.callback(os.close, file)
             yield temporary, file
             sync(temporary)
-            # A rename keeps the mode of the new file. Replacing a file must not change its permissions.
-            if os.path.exists(target):
-                os.chmod(temporary, os.stat(target).st_mode & 0o7777)
+            if found.is_replaceable and not found.is_stream:
+                _keep_mode(found.path, temporary)
             if os.name == "nt":  # Windows cannot rename an open file
                 opened.close()
-            os.replace(temporary, target)
+            _move(temporary, found)
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(temporary)
         raise
-    sync(folder or os.curdir)
+    if found.is_replaceable:
+        sync_folder(folder or os.curdir)
+
+
+def _temporary_folder() -> str:
+    """The system's folder for temporary files."""
+    from tempfile import gettempdir  # imported here: `import raycam` does not wait for it
+
+    return gettempdir()
+
+
+def _keep_mode(target: str, temporary: str) -> None:
+    """Gives a temporary file the permissions of the file that it replaces, if the file system has permissions."""
+    if os.path.exists(target):
+        mode = os.stat(target).st_mode & 0o7777
+        if os.stat(temporary).st_mode & 0o7777 != mode:
+            with contextlib.suppress(PermissionError, NotImplementedError):
+                os.chmod(temporary, mode)
+
+
+def _move(temporary: str, found: _Destination) -> None:
+    """Renames a temporary file to its destination, or copies it into a destination that cannot be replaced."""
+    if found.is_replaceable:
+        try:
+            os.replace(temporary, found.path)
+            return
+        except OSError as fault:
+            # EBUSY: a file that is mounted into a container.
+            if fault.errno not in (errno.EBUSY, errno.EXDEV):
+                raise
+    from shutil import copyfileobj  # imported here: `import raycam` does not wait for it
+
+    with open(temporary, "rb") as source, open(found.path, "wb") as into:
+        copyfileobj(source, into, 1 << 20)
+        into.flush()
+        if not found.is_stream:
+            sync(found.path)
+    os.unlink(temporary)
 
 
 @contextlib.contextmanager
@@ -137,29 +241,58 @@ def write(
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     """Checks, before long work, that a file of about `size` bytes can be written to `path`.
 
+    A temporary file is created and removed, so that quotas, read-only disks and the limits of names are found as well.
+
     Raises `FileNotFoundError` or `NotADirectoryError` if there is no such folder, `IsADirectoryError` if `path` is a
-    folder, `PermissionError` if the folder is not writable, and `OSError` (ENOSPC) if the disk has too little space.
+    folder, `PermissionError` if the folder or the existing file is write-protected, and `OSError` if the disk has too
+    little space (ENOSPC) or does not accept the name (ENAMETOOLONG).
     """
     target = os.fspath(path)
-    folder, name = os.path.split(target)
-    folder = folder or os.curdir
-    if not name or os.path.isdir(target):
-        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", target)
+    found = _check_destination(target, size)
+    if found.is_replaceable:
+        temporary, file = _create_temporary(found.path, os.path.dirname(found.path))
+        os.close(file)
+        os.unlink(temporary)
+
+
+def _check_destination(target: str, size: int = 0) -> _Destination:
+    """The checks of `check_writable` that create nothing; returns the file that the path leads to."""
+    if not os.path.basename(target) or os.path.isdir(target):
+        raise IsADirectoryError(errno.EISDIR, "this is a folder; expected a file name", target)
+    found = _find_destination(target)
+    folder = os.path.dirname(found.path) or os.curdir
     if not os.path.exists(folder):
         raise FileNotFoundError(
-            errno.ENOENT, f"there is no folder {folder!r} to write to; make it first", target
+            errno.ENOENT, f"the folder {folder!r} does not exist; create it first", target
         )
     if not os.path.isdir(folder):
         raise NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target)
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, f"the folder {folder!r} may not be written to", target)
+    if found.is_stream:
+        return found
+    if os.path.exists(found.path):
+        _check_not_protected(target, found)
+    elif not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, f"the folder {folder!r} is write-protected", target)
     from shutil import disk_usage  # imported here: `import raycam` does not wait for it
 
     free = disk_usage(folder).free
     # An empty file needs a block too.
     if free < max(size, 1):
-        text = f"has {free} bytes free, about {size} are needed" if size else "is full"
+        text = f"has {free} bytes free; about {size} are needed" if size else "is full"
         raise OSError(errno.ENOSPC, f"the disk {text}", target)
+    return found
+
+
+def _check_not_protected(target: str, found: _Destination) -> None:
+    """Raises `PermissionError` for an existing file without write permission, also for root, and `OSError` (EROFS)."""
+    if not os.stat(found.path).st_mode & 0o222:
+        raise PermissionError(
+            errno.EACCES,
+            "the file is write-protected; make it writable, remove it, or choose another name",
+            target,
+        )
+    with with_path(target, found.path):
+        os.close(os.open(found.path, os.O_WRONLY | BINARY))
 
 
 def make_folder(folder: Path) -> None:
@@ -168,4 +301,4 @@ def make_folder(folder: Path) -> None:
     Raises `OSError` from the disk.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    sync(folder.parent)
+    sync_folder(folder.parent)

@@ -9,33 +9,31 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import JobError
+from ..notices import warn
 from .system_calls import read_at, write_at
 
-__all__ = ["hold_lock", "lock_holder", "try_lock"]
+__all__ = ["LocksUnsupportedError", "hold_lock", "lock_holder", "try_lock"]
 
 LOCKED_BYTE = 1 << 20
 """The place of the byte that Windows locks."""
+
+
+class LocksUnsupportedError(OSError):
+    """The file system of a file does not support locks."""
 
 
 @contextlib.contextmanager
 def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     """Holds the lock file `path` of `folder` while the block lasts; the lock of a dead process is free.
 
-    Waits up to `patience` seconds for the lock, also because `lock_holder` takes it for an instant.
+    Waits up to `patience` seconds for the lock, also because `lock_holder` takes it for an instant. A file system
+    without locks produces a notice.
 
     Raises `JobError` with the name of the process that holds the lock.
     """
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        end = time.monotonic() + patience
-        while not try_lock(file):
-            if time.monotonic() < end:
-                time.sleep(0.02)
-                continue
-            who = read_at(file, 200, 0).decode(errors="replace").strip() or "another process"
-            raise JobError(
-                f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"
-            )
+        _wait_for_lock(file, folder, patience)
         from socket import gethostname  # imported here: `import raycam` does not wait for it
 
         os.ftruncate(file, 0)
@@ -45,20 +43,45 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
         os.close(file)
 
 
+def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
+    """Locks an open lock file within `patience` seconds; see `hold_lock`."""
+    end = time.monotonic() + patience
+    try:
+        while not try_lock(file):
+            if time.monotonic() < end:
+                time.sleep(0.02)
+                continue
+            who = read_at(file, 200, 0).decode(errors="replace").strip() or "another process"
+            raise JobError(
+                f"{folder}: {who} works in this folder; wait for it, stop it, or give each process its part with "
+                "--shard I/N"
+            )
+    except LocksUnsupportedError as fault:
+        warn(
+            f"{folder}: this file system does not support locks ({fault.strerror}); only one process at a time "
+            "may work in this folder"
+        )
+
+
 def lock_holder(path: Path) -> str | None:
-    """The name of the process that holds a lock now; None if it is free."""
+    """The name of the process that holds a lock now; None if it is free, or if the file system has no locks."""
     try:
         file = os.open(path, os.O_RDWR)
     except OSError:
         return None
     try:
         return None if try_lock(file) else read_at(file, 200, 0).decode(errors="replace").strip()
+    except LocksUnsupportedError:
+        return None
     finally:
         os.close(file)
 
 
 def try_lock(file: int) -> bool:
-    """Locks an open file until it is closed or the process ends; returns False if another process holds the lock."""
+    """Locks an open file until it is closed or the process ends; returns False if another process holds the lock.
+
+    Raises `LocksUnsupportedError` if the file system has no locks, as Lustre, NFS and SMB shares often have none.
+    """
     try:
         import fcntl
     except ImportError:  # Windows: locks a byte far beyond the text, which must stay readable
@@ -77,4 +100,6 @@ def try_lock(file: int) -> bool:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError as fault:
+        raise LocksUnsupportedError(fault.errno, fault.strerror) from fault
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Callable
@@ -14,6 +15,7 @@ __all__ = [
     "read_at",
     "sync",
     "sync_file",
+    "sync_folder",
     "write_at",
 ]
 
@@ -66,6 +68,16 @@ def sync(path: str | os.PathLike[str]) -> None:
         sync_file(descriptor)
     finally:
         os.close(descriptor)
+
+
+def sync_folder(path: str | os.PathLike[str]) -> None:
+    """Syncs the entries of a folder to the disk, if the file system supports it.
+
+    Network shares may refuse with EINVAL or EIO. The files are complete then; only their names could be lost in a
+    crash of the system.
+    """
+    with contextlib.suppress(OSError):
+        sync(path)
 
 
 def lower_own_priority() -> None:

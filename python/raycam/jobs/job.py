@@ -278,7 +278,7 @@ class Job:
             if there is None:
                 text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
                 atomic_files.write(description, text.encode(), scratch)
-                atomic_files.sync(self.folder)
+                atomic_files.sync_folder(self.folder)
 
     def _read(self) -> None:
         """Reads the journals; an entry counts only if its files exist."""

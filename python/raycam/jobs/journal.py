@@ -26,7 +26,7 @@ from typing import Any
 
 from ..errors import JobError
 from ..io.atomic_files import with_path
-from ..io.system_calls import BINARY, read_at, sync, sync_file
+from ..io.system_calls import BINARY, read_at, sync_file, sync_folder
 
 __all__ = ["Journal", "JournalEntry", "Stamp", "digest", "erase_line", "read", "read_entry"]
 
@@ -144,7 +144,7 @@ class Journal:
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | BINARY, 0o666)
         try:
             if new:
-                sync(path.parent)
+                sync_folder(path.parent)
             self._truncate_partial()
         except BaseException:
             os.close(self._file)

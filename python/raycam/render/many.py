@@ -18,8 +18,8 @@ from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
-from . import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
 from .frame import CHANNELS, Frame
+from .render import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
 
 if TYPE_CHECKING:
     from ..world import World

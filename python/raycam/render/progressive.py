@@ -12,8 +12,8 @@ from ..arguments import whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
-from . import MAX_SAMPLES, Region, _region, channel_names, request_of
 from .frame import Frame
+from .render import MAX_SAMPLES, Region, _region, channel_names, request_of
 
 if TYPE_CHECKING:
     from ..world import World

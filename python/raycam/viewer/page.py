@@ -87,7 +87,7 @@ def page(
         return Page(
             live_page(frame, world, unused, exposure=exposure, view=view, title=title, channel=channel)
         )
-    from ..render import _stops
+    from ..render.render import _stops
 
     more = _arrays(frame, {} if arrays is None else arrays)
     _check_same(frame, compare)

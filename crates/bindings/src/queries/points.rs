@@ -3,11 +3,11 @@
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::annotations::queries::points::{self, PointArrays};
-use raycam_render::annotations::queries::selection::Selection;
-use raycam_render::annotations::queries::signed_distance::{self, Sign};
-use raycam_render::annotations::queries::visible::{self, PointPairs};
-use raycam_render::annotations::queries::{inside, winding};
+use raycam_render::queries::points::{self, PointArrays};
+use raycam_render::queries::selection::Selection;
+use raycam_render::queries::signed_distance::{self, Sign};
+use raycam_render::queries::visible::{self, PointPairs};
+use raycam_render::queries::{inside, winding};
 use raycam_scene::mesh::surface::SurfaceTopology;
 
 use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};

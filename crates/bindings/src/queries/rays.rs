@@ -4,10 +4,10 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::TruthSurface;
-use raycam_render::annotations::queries::crossings;
-use raycam_render::annotations::queries::fields::{Column, Columns, FIELDS, Field};
-use raycam_render::annotations::queries::rays::{self, Kernel, RayArrays};
-use raycam_render::annotations::queries::selection::{Facing, Selection};
+use raycam_render::queries::crossings;
+use raycam_render::queries::fields::{Column, Columns, FIELDS, Field};
+use raycam_render::queries::rays::{self, Kernel, RayArrays};
+use raycam_render::queries::selection::{Facing, Selection};
 
 use crate::arrays::{ArrayResult, DictResult, Floats, array, rows};
 use crate::cancel::Cancel;

@@ -1,9 +1,8 @@
-//! Annotations and queries beside images: flow, keypoints, amodal masks, queries of rays and points.
+//! Ground truth in addition to image channels: optical flow, keypoints and amodal masks.
 //!
-//! Uses the prepared world, exact rays and the film's tiles; renders no radiance.
+//! This folder uses the prepared world, exact rays and the film's tiles; it computes no radiance.
 
 pub mod amodal;
 pub mod flow;
 pub mod keypoints;
-pub mod queries;
 pub mod viewpoint;

@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use crate::common::*;
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_render::annotations::queries::fields::{Column, Columns, Field};
-use raycam_render::annotations::queries::rays::{self as ray_queries, Kernel, RayArrays};
-use raycam_render::annotations::queries::selection::Selection;
+use raycam_render::queries::fields::{Column, Columns, Field};
+use raycam_render::queries::rays::{self as ray_queries, Kernel, RayArrays};
+use raycam_render::queries::selection::Selection;
 use raycam_render::{Channel, Control, Filter, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap};

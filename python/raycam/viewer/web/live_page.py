@@ -35,8 +35,8 @@ def live_page(
 ) -> str:
     """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
     from ...arguments import one_of
-    from ...render import _stops
     from ...render.frame import CHANNELS, VIEWS
+    from ...render.render import _stops
 
     for name, value in unused.items():
         if value is not None and value is not False and value != ():

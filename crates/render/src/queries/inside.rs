@@ -1,0 +1,135 @@
+//! Points inside of objects.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use raycam_bvh::ExactRay;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::prepare::geometry::Geometry;
+use crate::prepare::world::PreparedWorld;
+use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
+use crate::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
+
+/// Roundings of a placed vertex, as a fraction of its coordinates and of those of its box.
+const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
+
+/// Decision of a point by the crossings of an object.
+#[derive(Clone, Copy, PartialEq)]
+enum Rule {
+    /// Closed and oriented: signed crossings are not 0.
+    Signed,
+    /// Closed, windings mixed: an odd number of crossings.
+    Parity,
+    /// Open: the winding number is 1/2 or more, in size.
+    Winding,
+}
+
+/// A chosen object.
+struct Body {
+    instance: usize,
+    rule: Rule,
+    /// A box that holds all its vertices.
+    bounds: [DVec3; 2],
+    edges: Vec<([DVec3; 2], f64)>,
+}
+
+/// Classifier of points by a choice of objects.
+pub(super) struct Bodies<'a> {
+    geometry: &'a Geometry,
+    bodies: Vec<Body>,
+}
+
+impl<'a> Bodies<'a> {
+    pub fn new(geometry: &'a Geometry, objects: Option<&[bool]>) -> Result<Self, RenderError> {
+        let body = |instance: usize| {
+            let object = &geometry.instances[instance];
+            let surface = object.mesh.surface();
+            let rule = match (surface.is_closed, surface.is_oriented) {
+                (true, true) => Rule::Signed,
+                (true, false) => Rule::Parity,
+                _ => Rule::Winding,
+            };
+            let [lower, upper] = object.bounds();
+            let pad = BOX_ERROR * (lower.abs().max(upper.abs()) + object.world_from_mesh.translation.abs());
+            let edges = if rule == Rule::Winding { residual_edges(geometry, instance) } else { vec![] };
+            Body { instance, rule, bounds: [lower - pad, upper + pad], edges }
+        };
+        let bodies = chosen_objects(geometry, objects)?.into_iter().map(body).collect();
+        Ok(Self { geometry, bodies })
+    }
+
+    /// Estimated time of a point in nanoseconds; infinity where winding numbers are summed.
+    fn work_of_point(&self) -> f64 {
+        let sums = self.bodies.iter().any(|body| body.rule == Rule::Winding);
+        if sums { f64::INFINITY } else { NS_PER_ALL_HITS_RAY * self.bodies.len() as f64 }
+    }
+
+    /// True for each point inside of any of the objects.
+    pub fn contain(&self, points: &[[f64; 3]]) -> Vec<bool> {
+        let mut inside = vec![false; points.len()];
+        for body in &self.bodies {
+            let may_hold = |i: &usize| {
+                let point = DVec3::from(points[*i]);
+                let within = point.cmpge(body.bounds[0]).all() && point.cmple(body.bounds[1]).all();
+                !inside[*i] && point.is_finite() && (within || body.rule == Rule::Winding)
+            };
+            let near: Vec<usize> = (0..points.len()).filter(may_hold).collect();
+            if near.is_empty() {
+                continue;
+            }
+            let candidates: Vec<[f64; 3]> = near.iter().map(|&i| points[i]).collect();
+            for (i, is_inside) in near.into_iter().zip(self.body_contains(body, &candidates)) {
+                inside[i] = is_inside;
+            }
+        }
+        inside
+    }
+
+    fn body_contains(&self, body: &Body, points: &[[f64; 3]]) -> Vec<bool> {
+        let geometry = self.geometry;
+        if body.rule == Rule::Winding {
+            let numbers = winding_numbers(geometry, body.instance, &body.edges, points);
+            return numbers.into_iter().map(|number| number.abs() >= 0.5).collect();
+        }
+        let rays: Vec<ExactRay> =
+            points.iter().map(|point| half_line(*point, way_out((*point).into(), body.bounds))).collect();
+        let mut counts = vec![0; rays.len()];
+        let filter = OneObject(body.instance as u32);
+        geometry.two_level().count_crossings(&rays, geometry, Some(&filter), body.rule == Rule::Signed, &mut counts);
+        let is_inside = |count: i32| if body.rule == Rule::Signed { count != 0 } else { count % 2 != 0 };
+        counts.into_iter().map(is_inside).collect()
+    }
+}
+
+/// Direction along an axis in which a box is left soonest. Every direction gives the same answer.
+fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
+    let (down, up) = (point - lower, upper - point);
+    let axis = down.min(up).min_position();
+    let sign = if down[axis] < up[axis] { -1.0 } else { 1.0 };
+    DVec3::AXES[axis] * sign
+}
+
+/// True for each point inside of any of the chosen objects. A point on a surface is where a point moved by an infinitesimal
+/// vector is, so a box holds `lower <= point < upper`.
+///
+/// Exact for closed meshes, whichever way their triangles are turned; open ones hold the points with a winding number of
+/// 1/2 or more, in size.
+///
+/// # Errors
+/// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].
+pub fn inside(
+    world: &PreparedWorld,
+    points: &[[f64; 3]],
+    objects: Option<&[bool]>,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<bool>, RenderError> {
+    let bodies = Bodies::new(&world.geometry, objects)?;
+    world.geometry.rebraid_if_worth(points.len());
+    let mut found = Vec::with_capacity(points.len());
+    let work = |range: Range<usize>| bodies.contain(&points[range]);
+    in_tasks((points.len(), bodies.work_of_point()), threads, control, work, |mut more| found.append(&mut more))?;
+    Ok(found)
+}

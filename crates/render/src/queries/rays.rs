@@ -1,0 +1,222 @@
+//! Ray queries: nearest hits and occlusion of the caller's rays, decided exactly for the float64 numbers given.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::memory::check_memory;
+use crate::prepare::world::PreparedWorld;
+use crate::queries::fields::{Columns, Field, columns};
+use crate::queries::selection::Selection;
+use crate::queries::tasks::{self, NS_PER_RAY, in_tasks};
+
+/// Rays of a query, in world coordinates; directions need not be normalised.
+#[derive(Clone, Copy, Debug)]
+pub struct RayArrays<'a> {
+    /// Origins, one for each ray.
+    pub origins: &'a [[f64; 3]],
+    /// Directions, one for each ray.
+    pub directions: &'a [[f64; 3]],
+    /// Smallest valid t, in lengths of the direction: one for all rays, or one for each.
+    pub t_min: &'a [f64],
+    /// Largest valid t, in lengths of the direction: one for all rays, or one for each.
+    pub t_max: &'a [f64],
+    /// Arithmetic that decides hits.
+    pub kernel: Kernel,
+    /// Surfaces that count.
+    pub selection: Selection<'a>,
+}
+
+/// Arithmetic that decides hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kernel {
+    /// Exact signs of the float64 numbers given.
+    Exact,
+    /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
+    /// t = 0.
+    Float32 {
+        /// True if neighbouring rays are similar; detected without. For speed only.
+        coherent: Option<bool>,
+    },
+}
+
+impl RayArrays<'_> {
+    pub(super) fn check(&self, world: &PreparedWorld) -> Result<(), RenderError> {
+        let (o, d) = (self.origins.len(), self.directions.len());
+        if o != d {
+            return Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")));
+        }
+        for (name, values) in [("t_min", self.t_min), ("t_max", self.t_max)] {
+            if values.len() != 1 && values.len() != o {
+                let given = values.len();
+                return Err(RenderError::Settings(format!("{given} values of {name} for {o} rays; expected 1 or {o}")));
+            }
+            if let Some(at) = values.iter().position(|t| t.is_nan()) {
+                return Err(RenderError::Settings(format!("{name}[{at}] is NaN; expected a number or an infinity")));
+            }
+        }
+        if self.kernel != Kernel::Exact && self.t_min.iter().any(|t| *t != 0.0) {
+            let message = "t_min needs the exact kernel: leave out exact=False, or move the origins";
+            return Err(RenderError::Settings(message.into()));
+        }
+        if self.kernel != Kernel::Exact && !self.selection.is_everything() {
+            let message =
+                "a choice of surfaces (objects, skip, facing, surface) needs the exact kernel: leave out exact=False";
+            return Err(RenderError::Settings(message.into()));
+        }
+        self.selection.check(world.geometry.instances.len(), o)
+    }
+
+    /// Rays of a range.
+    pub(super) fn slice(&self, range: Range<usize>) -> Vec<ExactRay> {
+        range.map(|i| self.ray(i)).collect()
+    }
+
+    fn ray(&self, i: usize) -> ExactRay {
+        let of = |limits: &[f64]| if limits.len() == 1 { limits[0] } else { limits[i] };
+        ExactRay {
+            origin: self.origins[i],
+            direction: self.directions[i],
+            t_min: of(self.t_min),
+            t_max: of(self.t_max),
+        }
+    }
+}
+
+/// Fields of the nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
+///
+/// A triangle is closed: its edges and corners belong to it; seen edge on it is not met. Signs are exact, t is off by one
+/// unit in the last place at most, and the position is weighted from the corners, so far origins lose nothing. First is
+/// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
+///
+/// # Errors
+/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors of
+/// [`crate::thread_pool::with_pool`].
+pub fn cast_rays(
+    world: &PreparedWorld,
+    rays: &RayArrays,
+    fields: &[Field],
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Columns, RenderError> {
+    rays.check(world)?;
+    let n = rays.origins.len();
+    check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
+    let geometry = &world.geometry;
+    geometry.rebraid_if_worth(n);
+    let mut found = Columns::empty(fields);
+    let work = |range: Range<usize>| {
+        let local = rays.slice(range.clone());
+        let mut hits = closest_hits(world, &local, rays, range);
+        if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
+            geometry.two_level().refine(&local, geometry, &mut hits);
+        }
+        columns(geometry, fields, local.iter().zip(&hits))
+    };
+    world.geometry.note_exact_rays(n as u64);
+    in_tasks((n, NS_PER_RAY), threads, control, work, |more| found.append(more))?;
+    Ok(found)
+}
+
+/// True for each ray with any hit at `t_min <= t <= t_max`, decided as by [`cast_rays`].
+///
+/// # Errors
+/// As [`cast_rays`].
+pub fn occluded(
+    world: &PreparedWorld,
+    rays: &RayArrays,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<bool>, RenderError> {
+    rays.check(world)?;
+    let n = rays.origins.len();
+    world.geometry.rebraid_if_worth(n);
+    let mut found = Vec::with_capacity(n);
+    let work = |range: Range<usize>| {
+        let local = rays.slice(range.clone());
+        let mut occluded = vec![false; local.len()];
+        match rays.kernel {
+            Kernel::Exact => {
+                let filter = rays.selection.filter(&world.geometry, &local, range);
+                let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
+                world.geometry.exact_scene().occluded_exact(&local, &world.geometry, filter, &mut occluded);
+            }
+            Kernel::Float32 { coherent } => {
+                world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
+            }
+        }
+        occluded
+    };
+    world.geometry.note_exact_rays(n as u64);
+    in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
+    Ok(found)
+}
+
+/// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
+pub fn is_brief(rays: usize) -> bool {
+    tasks::is_brief(rays, NS_PER_RAY)
+}
+
+/// Nearest hits.
+fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, range: Range<usize>) -> Vec<ExactHit> {
+    let mut hits = vec![ExactHit::MISS; rays.len()];
+    match query.kernel {
+        Kernel::Exact => {
+            if query.selection.is_everything() {
+                world.geometry.closest_exact(rays, &mut hits);
+            } else {
+                let filter = query.selection.filter(&world.geometry, rays, range);
+                world.geometry.exact_scene().closest_exact_of(rays, &world.geometry, &filter, &mut hits);
+            }
+        }
+        Kernel::Float32 { coherent } => {
+            let mut found = vec![Hit::MISS; rays.len()];
+            world.geometry.two_level().closest(&local_rays(world, rays), &mut found, coherence(coherent));
+            for ((hit, found), ray) in hits.iter_mut().zip(&found).zip(rays) {
+                if found.instance != INVALID_ID {
+                    *hit = refine_f64(world, found, ray);
+                }
+            }
+        }
+    }
+    hits
+}
+
+fn coherence(coherent: Option<bool>) -> Coherence {
+    match coherent {
+        None => Coherence::Unknown,
+        Some(true) => Coherence::Coherent,
+        Some(false) => Coherence::Incoherent,
+    }
+}
+
+fn local_rays(world: &PreparedWorld, rays: &[ExactRay]) -> Vec<Ray> {
+    let local = |ray: &ExactRay| world.geometry.local_ray(ray.origin.into(), ray.direction.into(), ray.t_max).0;
+    rays.iter().map(local).collect()
+}
+
+/// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle: near an edge
+/// float64 may miss it.
+fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
+    let (origin, direction) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
+    let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle).map(|corner| corner - origin);
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    let q = -a.cross(e1);
+    let exact = (-a.dot(p) / determinant, direction.dot(q) / determinant);
+    // Seen edge-on, the plane has no intersection.
+    let known = exact.0.is_finite() && exact.1.is_finite();
+    let (u, v) = if known { exact } else { (f64::from(hit.u), f64::from(hit.v)) };
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let sum = (u + v).max(1.0);
+    let (u, v) = (u / sum, v / sum);
+    let point = a + e1 * u + e2 * v;
+    let t = (point.dot(direction) / direction.length_squared()).max(0.0);
+    let normal = e1.cross(e2);
+    let side = if normal.dot(direction) > 0.0 { 1 } else { -1 };
+    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: normal.to_array(), side }
+}

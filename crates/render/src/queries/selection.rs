@@ -1,0 +1,119 @@
+//! Choice of the surfaces that count for a query.
+
+use std::ops::Range;
+
+use raycam_bvh::{ExactHit, ExactRay, HitFilter};
+
+use crate::error::RenderError;
+use crate::ground_truth::convert::to_float_hit;
+use crate::prepare::geometry::Geometry;
+use crate::queries::fields::is_front;
+use crate::settings::TruthSurface;
+
+/// Side of a surface that a ray must come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Facing {
+    /// Either.
+    #[default]
+    Both,
+    /// The front, where corners run counter-clockwise.
+    Front,
+    /// The back.
+    Back,
+    /// The front of one-sided materials, either side of others.
+    Material,
+}
+
+/// Surfaces that count for a query.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Selection<'a> {
+    /// For each object, true if it counts; all without.
+    pub objects: Option<&'a [bool]>,
+    /// For each ray, an object and a triangle that do not count; -1 as triangle: the whole object, as object: none.
+    pub skip: Option<(&'a [i32], &'a [i32])>,
+    /// Side that rays must come from.
+    pub facing: Facing,
+    /// First surfaces, or the first that cannot be seen through.
+    pub surface: TruthSurface,
+}
+
+impl Selection<'_> {
+    /// True if everything counts.
+    pub(super) fn is_everything(&self) -> bool {
+        self.objects.is_none()
+            && self.skip.is_none()
+            && self.facing == Facing::Both
+            && self.surface == TruthSurface::First
+    }
+
+    pub(super) fn check(&self, objects: usize, rays: usize) -> Result<(), RenderError> {
+        let fail = |message: String| Err(RenderError::Settings(message));
+        if let Some(mask) = self.objects.filter(|mask| mask.len() != objects) {
+            return fail(format!("a choice among {} objects of a world with {objects}", mask.len()));
+        }
+        if let Some((instances, triangles)) = self.skip
+            && (instances.len() != rays || triangles.len() != rays)
+        {
+            let given = (instances.len(), triangles.len());
+            return fail(format!("skip has {} objects and {} triangles for {rays} rays", given.0, given.1));
+        }
+        Ok(())
+    }
+
+    /// Filter for the rays of a range.
+    pub(super) fn filter<'b>(
+        &'b self,
+        geometry: &'b Geometry,
+        rays: &'b [ExactRay],
+        range: Range<usize>,
+    ) -> SelectionFilter<'b> {
+        SelectionFilter { selection: self, geometry, rays, first: range.start }
+    }
+}
+
+/// A selection for a slice of rays.
+pub(super) struct SelectionFilter<'a> {
+    selection: &'a Selection<'a>,
+    geometry: &'a Geometry,
+    rays: &'a [ExactRay],
+    /// Index of the first ray in the query.
+    first: usize,
+}
+
+impl SelectionFilter<'_> {
+    fn skipped(&self, ray: usize) -> Option<(u32, i32)> {
+        let (instances, triangles) = self.selection.skip?;
+        let instance = u32::try_from(instances[self.first + ray]).ok()?;
+        Some((instance, triangles[self.first + ray]))
+    }
+}
+
+impl HitFilter for SelectionFilter<'_> {
+    fn accepts_instance(&self, ray: usize, instance: u32) -> bool {
+        self.selection.objects.is_none_or(|mask| mask[instance as usize])
+            && self.skipped(ray).is_none_or(|(skipped, triangle)| instance != skipped || triangle >= 0)
+    }
+
+    fn accepts_every_hit(&self) -> bool {
+        let Selection { skip, facing, surface, .. } = self.selection;
+        skip.is_none() && *facing == Facing::Both && *surface == TruthSurface::First
+    }
+
+    fn accepts(&self, ray: usize, hit: &ExactHit) -> bool {
+        if self.skipped(ray).is_some_and(|skipped| skipped == (hit.instance, hit.triangle as i32)) {
+            return false;
+        }
+        let direction = &self.rays[ray];
+        let is_right_side = match self.selection.facing {
+            Facing::Both => true,
+            Facing::Front => is_front(self.geometry, hit),
+            Facing::Back => !is_front(self.geometry, hit),
+            Facing::Material => {
+                let material = &self.geometry.material(&to_float_hit(hit)).material;
+                material.double_sided || is_front(self.geometry, hit)
+            }
+        };
+        let is_solid = || !self.geometry.is_skippable(&to_float_hit(hit), direction.direction.into());
+        is_right_side && (self.selection.surface == TruthSurface::First || is_solid())
+    }
+}
