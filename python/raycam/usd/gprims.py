@@ -1,8 +1,7 @@
 """Geometric primitives ("gprims") of USD as faces.
 
 Sources: the schemas `UsdGeomCube`, `UsdGeomSphere`, `UsdGeomCylinder`, `UsdGeomCylinder_1`, `UsdGeomCone`,
-`UsdGeomCapsule`, `UsdGeomCapsule_1` and `UsdGeomPlane`. The spheres of a `Capsule_1` are cut as in
-`GeomUtilCapsuleMeshGenerator`.
+`UsdGeomCapsule`, `UsdGeomCapsule_1` and `UsdGeomPlane`.
 """
 
 from __future__ import annotations
@@ -67,8 +66,15 @@ def _capsule(radius: float, height: float) -> Faces:
 def _capsule_1(bottom: float, top: float, height: float) -> Faces:
     if bottom == top:
         return _capsule(bottom, height)
-    half, latitude = height / 2, float(np.degrees(np.arctan2(bottom - top, height)))
-    low, high = _arc(-90, latitude, bottom, -half), _arc(latitude, 90, top, half)
+    if not height > 0:
+        raise ValueError(f"height must be positive, got {height:g}")
+    # The spheres touch the cone of the side in its rims.
+    slope, half = (bottom - top) / height, height / 2
+    latitude, stretch = float(np.degrees(np.arctan(slope))), float(np.hypot(1, slope))
+    ball = (bottom * stretch, -half - bottom * slope)
+    low = _arc(-90, min(latitude, 0), *ball) + (_arc(0, latitude, *ball) if latitude > 0 else [])
+    ball = (top * stretch, half - top * slope)
+    high = (_arc(latitude, 0, *ball) if latitude < 0 else []) + _arc(max(latitude, 0), 90, *ball)
     side = [(low[-1][1], high[0][0])]
     return _surface_of_revolution([*low, *side, *high])
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from .handover import MAX_OBJECTS, Handover
 from .meshes import GEOMETRY_TYPES, Appearance, Meshes
@@ -147,6 +147,9 @@ class PointInstancers:
             is_instancer = prim.IsA(UsdGeom.PointInstancer)
             if is_instancer:
                 walk.PruneChildren()
+            if prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdGeom.Camera):
+                self._note("type_unsupported", prim, "lights and cameras within prototypes are not supported")
+                continue
             if not (is_instancer or prim.IsA(UsdGeom.Gprim)):
                 continue
             if reason := self._hidden(prim):

@@ -64,6 +64,8 @@ def light_spec(
         power = color * np.pi * (1.0 if normalized else 4 * np.pi * radius**2)
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
+        if not cone > 0:
+            return None, f"no light: its cone angle is {cone:g}"
         if cone <= 90:
             # Intensity on the axis: radiance times the area of the visible disk.
             intensity = (power / (4 * np.pi)).tolist()
@@ -168,11 +170,8 @@ def cylinder_light(
         raise ValueError(f"no light: {fault}")
     turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)
     # The prism's area is that of the cylinder.
-    circle = (
-        np.column_stack([np.cos(turns), np.sin(turns)])
-        * radius
-        * np.sqrt(np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES)))
-    )
+    sides = np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES))
+    circle = np.column_stack([np.cos(turns), np.sin(turns)]) * radius * sides
     ends = [np.column_stack([np.full(CYLINDER_SIDES, x), circle]) for x in (-length / 2, length / 2)]
     points = np.concatenate(ends)
     low = np.arange(CYLINDER_SIDES)
@@ -185,7 +184,7 @@ def cylinder_light(
         / 2
     )
     index = np.full((quads.size, 3), NO_INDEX, np.uint32)
-    index[:, 0] = quads[:, ::-1].ravel()
+    index[:, 0] = quads.ravel()
     empty = np.zeros((0, 3))
     polygons = np.column_stack([np.full(CYLINDER_SIDES, 4), np.zeros(CYLINDER_SIDES)])
     mesh = MeshArrays(points, empty, np.zeros((0, 2)), empty, polygons, index, False)

@@ -113,7 +113,7 @@ class StageReader:
                 walk.PruneChildren()  # prototypes are not objects themselves
             if role is not Role.NONE:
                 prims.append((prim, role))
-            elif prim.IsA(UsdGeom.Xformable):
+            else:
                 self.moves = self.moves or is_animated(prim)
                 self._report_unused(prim, unused_of_model(prim))
         self._meshes.bind([prim for prim, role in prims if role is Role.GEOMETRY])
