@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Whose fault it is decides the variant; the message says what was given, what was expected and what to do.
+/// The variant specifies the cause; the message contains the given and the expected values and a remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// A camera that cannot be.
@@ -22,7 +22,7 @@ pub enum SceneError {
         /// Byte range in the text that it came from.
         span: Option<Range<usize>>,
     },
-    /// The temporary file of textures cannot be made, written or read.
+    /// The temporary texture file cannot be created, written or read.
     #[error("{}: {message}", path.display())]
     Storage {
         /// The folder that it is in.
@@ -47,7 +47,7 @@ impl SceneError {
         Self::Schema { path: path.into(), message: message.into(), span: None }
     }
 
-    /// The same error seen from outside: that of something at `parent` in a description.
+    /// The error with its key prefixed by `parent`.
     #[must_use]
     pub fn in_context(self, parent: &str) -> Self {
         match self {

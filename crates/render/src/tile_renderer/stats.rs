@@ -35,10 +35,10 @@ impl RenderStats {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let Some(noise) = settings.noise {
             let mean = of(&self.samples) / pixels;
-            let mut notice = format!("{mean} samples per pixel in the mean for noise_threshold = {noise}");
+            let mut notice = format!("noise_threshold = {noise} took {mean} samples per pixel on average");
             if of(&self.noisy_pixels) > 0 {
                 notice += &format!(
-                    "; {} pixels have not reached it with samples = {}",
+                    "; {} pixels are still noisier after the maximum of samples = {}",
                     of(&self.noisy_pixels),
                     settings.samples
                 );
@@ -46,13 +46,13 @@ impl RenderStats {
             notices.push(notice);
         }
         if of(&self.rejected) > 0 {
-            notices.push(format!("{} samples were too bright for float32 and count as black", of(&self.rejected)));
+            notices.push(format!("{} samples exceed float32 and are replaced by black", of(&self.rejected)));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0
         {
             notices.push(format!(
-                "{} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world",
+                "{} samples brighter than clamp = {limit} were reduced to it; the image is darker than without clamp",
                 of(&self.clamped)
             ));
         }
