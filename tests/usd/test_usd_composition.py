@@ -10,8 +10,7 @@ import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom
 from raycam import usd
-
-from ..support.usd_stages import square, stage
+from support.usd_stages import square, stage
 
 
 def read_notices(path: Path) -> list[tuple[str, str]]:

@@ -10,8 +10,7 @@ import pytest
 import raycam
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from raycam import usd
-
-from ..support.usd_stages import square, stage
+from support.usd_stages import square, stage
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import raycam
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, Vt
-
-from ..support.usd_stages import bind, material, square, stage, write_image
+from support.usd_stages import bind, material, square, stage, write_image
 
 CORNERS = [(0, 0, 0), (2, 0, 0), (0, 3, 0), (0, 0, 4), (2, 3, 4)]
 

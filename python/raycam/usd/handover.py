@@ -52,7 +52,7 @@ class Handover:
 
     def add_mesh(self, mesh: MeshArrays) -> int:
         """The number of a mesh; equal meshes have the same one."""
-        tables = {
+        tables: dict[str, Any] = {
             "points": np.ascontiguousarray(mesh.points, np.float64),
             "colors": np.ascontiguousarray(mesh.colors, np.float32),
             "uvs": np.ascontiguousarray(mesh.uvs, np.float32),
@@ -100,7 +100,7 @@ class Handover:
         if number >= 0:
             return None
         row = np.frombuffer(self._plain_rows[-1 - number], np.float32)
-        return tuple(row.tolist())  # type: ignore[return-value]
+        return tuple(row.tolist())
 
     def add_objects(
         self, names: list[str], meshes: list[int], materials: list[tuple[int, ...]], matrices: Any

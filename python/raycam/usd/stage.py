@@ -69,8 +69,9 @@ class StageReader:
             # A quarter turn about x.
             sine = 1.0 if options.up == "z" else -1.0
             self._turn[1:3, 1:3] = [[0.0, -sine], [sine, 0.0]]
-        first = options.time is None
-        self._time = Usd.TimeCode.EarliestTime() if first else Usd.TimeCode(options.time * rate_of(stage))
+        self._time = Usd.TimeCode.EarliestTime()
+        if options.time is not None:
+            self._time = Usd.TimeCode(options.time * rate_of(stage))
         self._places = UsdGeom.XformCache(self._time)
         self._skinning = Skinning(stage, self._time, self._places)
         self.materials = Materials(images, self._time)
@@ -198,8 +199,10 @@ class StageReader:
             self._note(
                 "instances_invalid", prim, f"{count} instances are not shown: their transforms have scale 0"
             )
-            kept = np.flatnonzero(solid)
-            names, meshes, materials = ([table[i] for i in kept] for table in (names, meshes, materials))  # type: ignore[misc]
+            kept = np.flatnonzero(solid).tolist()
+            names = [names[place] for place in kept]
+            meshes = [meshes[place] for place in kept]
+            materials = [materials[place] for place in kept]
             matrices = matrices[kept]
         self.handover.add_objects(names, meshes, materials, matrices)
 

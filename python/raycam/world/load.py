@@ -12,7 +12,7 @@ from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
 from .missing_files import check_exists, recipe_named
-from .usd_files import load_usd, explain_usd
+from .usd_files import explain_usd, load_usd
 from .world import World
 
 __all__ = ["load"]
