@@ -223,7 +223,7 @@ impl RenderRequest<'_> {
                 with_pool(settings.threads, timed)??;
             }
             _ => {
-                let plan = match settings.noise {
+                let plan = match settings.noise_threshold {
                     Some(threshold) if needs.samples => Some(self.plan_samples(camera, threshold, &workers, control)?),
                     _ => None,
                 };

@@ -42,6 +42,12 @@ pub(crate) struct MtlMaterial {
 }
 
 impl MtlMaterial {
+    /// A material of a colour (linear) and an opacity alone.
+    pub(crate) fn plain(name: &[u8], color: Rgb, opacity: f32) -> Self {
+        let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
+        Self { diffuse: Some(color.map(share)), opacity: share(opacity), ..Self::with_defaults(name) }
+    }
+
     /// Before its first statement.
     fn with_defaults(name: &[u8]) -> Self {
         Self {

@@ -49,8 +49,9 @@ impl TileRenderer<'_> {
         }
         control.advance_by((self.settings.samples - taken) as usize);
         let (estimator, limit) = (&scratch.estimator, self.settings.samples);
-        let is_noisy =
-            |&at: &usize| counts[at] == limit && self.settings.noise.is_some_and(|noise| estimator.error(at) > noise);
+        let is_noisy = |&at: &usize| {
+            counts[at] == limit && self.settings.noise_threshold.is_some_and(|noise| estimator.error(at) > noise)
+        };
         let noisy = (0..counts.len()).filter(is_noisy).count() as u64;
         let samples = counts.iter().map(|&count| u64::from(count)).sum();
         self.stats.add_samples(samples, noisy);

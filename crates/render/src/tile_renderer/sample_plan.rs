@@ -35,7 +35,7 @@ const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 /// Settings of the pilot of an image.
 pub(crate) fn pilot_settings(settings: &Settings) -> Settings {
     let channels = vec![Channel::Error];
-    Settings { seed: settings.seed ^ PILOT_SEED, noise: None, channels, ..settings.clone() }
+    Settings { seed: settings.seed ^ PILOT_SEED, noise_threshold: None, channels, ..settings.clone() }
 }
 
 /// Region of the pilot: an image's region and the pixels around it, so that a part of an image equals the whole.

@@ -45,7 +45,7 @@ fn panel() -> (World, Camera) {
     block(&mut world, [1.0, 0.0, 1.0], [4.0, 2.0, 2.0], grey());
     let lamp = |i: usize| i % 8 == 3 && i / 32 % 8 == 3;
     let texels = (0..32 * 32).map(|i| if lamp(i) { [60.0, 60.0, 60.0, 1.0] } else { [0.0, 0.0, 0.0, 1.0] }).collect();
-    let image = Image { name: "panel".into(), size: [32, 32], texels: Texels::Float(texels) };
+    let image = Image::new("panel", [32, 32], Texels::Float(texels));
     let texture = world.add_texture(Texture { image: Arc::new(image), sampler: TextureSampler::default() });
     let mut shining = material([1.0; 3], 0.0, 0.0, 1.0);
     shining.emission.value = [1.0; 3];
@@ -120,7 +120,7 @@ fn check((world, camera): (World, Camera), noise: f32) {
         channels: vec![Channel::Color, Channel::Error],
         ..Settings::default()
     };
-    let adaptive = Settings { samples: 2048, noise: Some(noise), ..plain.clone() };
+    let adaptive = Settings { samples: 2048, noise_threshold: Some(noise), ..plain.clone() };
     let images = |settings: &Settings, first: u64| -> Vec<_> {
         let of = |seed| picture(&world, &camera, &Settings { seed, ..settings.clone() });
         (first..first + SEEDS).map(of).collect()
@@ -170,7 +170,7 @@ fn adaptive_pixels_without_scatter_next_to_lit_ones_continue() {
         integrator: Integrator::Path,
         samples: 4096,
         max_depth: Some(6),
-        noise: Some(0.05),
+        noise_threshold: Some(0.05),
         channels: vec![Channel::Color, Channel::Error],
         ..Settings::default()
     };
