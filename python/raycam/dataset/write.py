@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import whole
+from ..arguments import several, whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
@@ -333,7 +333,22 @@ def unposed_cameras(plan: Plan) -> list[str]:
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
-    return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+    """Returns cameras and rigs as a list; raises `SettingsError` for anything else."""
+    if isinstance(cameras, str | Path):
+        raise SettingsError(
+            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})"
+        )
+    found = (
+        list(cameras.values())
+        if isinstance(cameras, Mapping)
+        else several("cameras", cameras, "cameras or rigs")
+    )
+    for item in found:
+        if not isinstance(item, Camera | Rig):
+            raise SettingsError(
+                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name"
+            )
+    return found
 
 
 def write_file(path: Path, pieces: Any) -> None:

@@ -55,7 +55,7 @@ def blank_notices(
     share = float((brightness > 1).mean())
     if view == "standard" and share >= WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        yield f"{100 * share:.0f} % of the picture is beyond white: --exposure {stops:g} (exposure={stops:g}) shows it"
+        yield f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
