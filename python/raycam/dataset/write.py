@@ -373,7 +373,7 @@ def late_times(plan: Plan) -> list[str]:
 
 
 def unposed_cameras(plan: Plan) -> list[str]:
-    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    """The notice that all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]

@@ -219,7 +219,9 @@ class WorldContents:
         Variants of USD change the geometry as well: `load(path, variant=)` selects them.
         """
         if self._stage_variants:
-            raise WorldError(f"variants of USD are selected when the file is loaded: load(path, variant={name!r})")
+            raise WorldError(
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+            )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
         )
