@@ -131,9 +131,7 @@ class VideoPlan:
         found = range(len(self))[start:stop]
         if not found:
             part = f"{'' if start is None else start}:{'' if stop is None else stop}"
-            raise SettingsError(
-                f"frames {part} are none: the video has {len(self)}, from 0 to {len(self) - 1}"
-            )
+            raise SettingsError(f"frames {part} is empty; the video has frames 0 to {len(self) - 1}")
         return found
 
     def time(self, number: int) -> float:

@@ -157,6 +157,10 @@ class WorldContents:
 
     def camera(self, name: str) -> Camera:
         """The camera of this name; raises `WorldError` with the nearest known name."""
+        if not isinstance(name, str):
+            raise WorldError(
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+            )
         return Camera._of(self._core.camera(name), self.up)
 
     # Copies, times and variants ---------------------------------------------------------------------------

@@ -34,7 +34,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
         Some((_, stated)) => lens_named(stated, &numbers).map_err(|message| fail(&message)),
         None if may_be_fisheye(view, &shown, &numbers) => Err(shown.fail(
             "four coefficients, and the file does not say of which model: k1 k2 p1 p2 of cv2.calibrateCamera, or k1 \
-             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, model=\"opencv\" or \"fisheye\"), or write \
+             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, model=\"opencv\" or \"fisheye\" in Python), or write \
              distortion_model into the file",
         )),
         None => lens_named("opencv", &numbers).map_err(|message| fail(&message)),
