@@ -167,7 +167,7 @@ fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     }
     let [r, g, b] = rgb.map(|v| v as u8);
     Err(E::custom(format_args!(
-        "[{r}, {g}, {b}]: numbers are linear and lie in 0..=1; these look like bytes, which are written \
+        "[{r}, {g}, {b}]: numbers are linear, from 0 to 1; these look like bytes, which are written \
          \"#{r:02x}{g:02x}{b:02x}\" (in Python also numpy.uint8([{r}, {g}, {b}]))"
     )))
 }

@@ -101,7 +101,7 @@ fn invalid_values_are_reported_with_their_key() {
     assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]: expected 0 to 1");
     assert_error(
         object(r#"{ "box": {}, "color": [0, 0, 255] }"#),
-        "color: [0, 0, 255]: numbers are linear and lie from 0 to 1; these look like bytes, which are written \"#0000ff\" (in Python also numpy.uint8([0, 0, 255]))",
+        "color: [0, 0, 255]: numbers are linear, from 0 to 1; these look like bytes, which are written \"#0000ff\" (in Python also numpy.uint8([0, 0, 255]))",
     );
     assert_error(
         object(r#"{ "box": {}, "shininess": -1 }"#),
