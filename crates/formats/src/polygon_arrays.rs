@@ -192,7 +192,10 @@ impl Rest<'_> {
             positions: points.iter().map(|point| DVec3::from_array(*point)).collect(),
             colors: colors.to_vec(),
             uvs: uvs.to_vec(),
-            normals: normals.iter().map(|n| DVec3::from(n.map(f64::from)).normalize_or_zero().as_vec3().into()).collect(),
+            normals: normals
+                .iter()
+                .map(|n| DVec3::from(n.map(f64::from)).normalize_or_zero().as_vec3().into())
+                .collect(),
             ..Obj::default()
         };
         let known = |index: u32, rows: &[u32]| match index {
