@@ -105,7 +105,7 @@ class Plan:
         known: Plan | None = None,
     ) -> None:
         if not shots:
-            raise SettingsError("a data set of no views: give it cameras")
+            raise SettingsError("the data set has no views; pass at least one camera")
         self.world = world
         """The world; for a recipe, the first one."""
         self.shots = list(shots)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import whole
+from ..arguments import several, whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
@@ -270,10 +270,10 @@ def make_plan(
     """Plans the views of a world, or of the worlds of a recipe."""
     if isinstance(world, World):
         if count is not None:
-            raise SettingsError("count is of the worlds of a recipe, and this is one world")
+            raise SettingsError("count requires a recipe; got a single world")
         return Plan(world, views(world, cameras, times), rendering, options, threads)
     if times is not None:
-        raise SettingsError("times are of a world that moves, and not of a recipe")
+        raise SettingsError("times cannot be used with a recipe")
     worlds = whole("count", 1 if count is None else count, 1, 10_000_000)
     first = world.world(0)
     seen: dict[str | None, Camera] = {}
@@ -326,14 +326,29 @@ def late_times(plan: Plan) -> list[str]:
 
 
 def unposed_cameras(plan: Plan) -> list[str]:
-    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    """The notice that all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
-    return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+    """Returns cameras and rigs as a list; raises `SettingsError` for anything else."""
+    if isinstance(cameras, str | Path):
+        raise SettingsError(
+            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})"
+        )
+    found = (
+        list(cameras.values())
+        if isinstance(cameras, Mapping)
+        else several("cameras", cameras, "cameras or rigs")
+    )
+    for item in found:
+        if not isinstance(item, Camera | Rig):
+            raise SettingsError(
+                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name"
+            )
+    return found
 
 
 def write_file(path: Path, pieces: Any) -> None:

@@ -23,7 +23,6 @@ from ..notices import warn_all
 from ..render import render
 from ..render.arguments import camera_of, world_of
 from ..render.frame import Frame
-from ..render.old_names import current_names
 from ..rig import Rig
 from ..sensors import Sensor, sample_sensor
 from ..sensors.sensor import require_sensor
@@ -87,7 +86,6 @@ class VideoPlan:
         if world.video is None and animation is None:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
-        settings = current_names(settings)
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
             self.notices.append(
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
@@ -133,9 +131,7 @@ class VideoPlan:
         found = range(len(self))[start:stop]
         if not found:
             part = f"{'' if start is None else start}:{'' if stop is None else stop}"
-            raise SettingsError(
-                f"frames {part} are none: the video has {len(self)}, from 0 to {len(self) - 1}"
-            )
+            raise SettingsError(f"frames {part} is empty; the video has frames 0 to {len(self) - 1}")
         return found
 
     def time(self, number: int) -> float:
@@ -262,7 +258,6 @@ def write_video(
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
     sound, and `OSError` if files cannot be read or written.
     """
-    settings = current_names(settings)
     sound = None if audio is None else Path(audio)
     check_video(
         Path(path), lossless=lossless, alpha=bool(settings.get("transparent_background")), audio=sound

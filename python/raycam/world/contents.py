@@ -159,6 +159,10 @@ class WorldContents:
 
     def camera(self, name: str) -> Camera:
         """The camera of this name; raises `WorldError` with the nearest known name."""
+        if not isinstance(name, str):
+            raise WorldError(
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+            )
         return Camera._of(self._core.camera(name), self.up)
 
     # Copies, times and variants ---------------------------------------------------------------------------
@@ -215,7 +219,9 @@ class WorldContents:
         Variants of USD change the geometry as well: `load(path, variant=)` selects them.
         """
         if self._stage_variants:
-            raise WorldError(f"variants of USD are selected when the file is loaded: load(path, variant={name!r})")
+            raise WorldError(
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+            )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
         )

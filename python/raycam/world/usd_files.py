@@ -44,13 +44,15 @@ def load_usd(
 def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) -> int:
     """Adds all meshes of a USD file to a world as one object; returns its id.
 
-    The file's up axis becomes that of the world, unless `upright` is False. `root` is the folder of the world.
+    The mesh is turned from the file's up axis to the world's, except with `upright` False, or with `matrix` unless
+    `upright` is True. `root` is the folder of the world.
     """
     keys = dict(keys)
     path = Path(root or "", keys["mesh"])
     inside = root is not None and path.resolve().is_relative_to(Path(root).resolve())
     keys.setdefault("name", path.stem)
-    up = core.up if keys.pop("upright", True) else None
+    upright = keys.pop("upright", None)
+    up = core.up if (keys.get("matrix") is None if upright is None else upright) else None
     from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
@@ -61,6 +63,12 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
         if up is not None and up != stage.world["up"]:
             text = f"its up axis, {stage.world['up']}, is turned to {up}; upright=False keeps it"
             stage.notices.append(("up_axis_turned", text))
+        if up is None and upright is None and core.up != stage.world["up"]:
+            text = (
+                f"its up axis, {stage.world['up']}, is not turned to {core.up}, because matrix applies to the file's"
+                " own axes; upright=True turns it before matrix is applied"
+            )
+            stage.notices.append(("up_axis_kept", text))
         _set_notices(core, before, path, folder, stage)
     return number
 

@@ -13,7 +13,8 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        error written up math color mesh texture material light camera animation render_options video model world schema
+        error written named_enum up foreign_terms math color mesh texture material light camera animation render_options
+        video model world schema
         triangles lib
     """,
     "formats": """
@@ -22,7 +23,7 @@ ORDER = {
     """,
     "calibration": """
         document pose rig_mount record rig files folder picture_size intrinsics plausibility
-        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
