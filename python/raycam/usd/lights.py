@@ -85,25 +85,38 @@ def light_spec(
         disk = {"type": "disk", "position": place.tolist(), "direction": forward, "radius": radius}
         return disk | {"radiance": radiance(np.pi * radius**2)}, None
     if kind in ("DomeLight", "DomeLight_1"):
-        asset = _file(prim, time)
-        if not asset:
-            return {"type": "sky", "radiance": color.tolist()}, None
-        file = image(asset)
-        if file is None:
-            return None, "no light: its image cannot be used"
-        # The middle of a latlong image is at the light's +z, its top at +y.
-        middle, pole = axes[:, 2], axes[:, 1]
-        if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
-            middle, pole = -axes[:, 1], axes[:, 2]
-        yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
-        said = None
-        if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
-            said = "its pole is not the up axis; its image is shown upright"
-        elif np.ptp(color) > 1e-6 * color.max():
-            said = "its image is multiplied by the mean of its colour"
-        sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
-        return sky | {"scale": float(color.mean())}, said
+        return _dome_light(prim, color, axes, image, up, time)
     return None, f"no light: {kind or 'a prim without a type'} is not supported as a light"
+
+
+def _dome_light(
+    prim: Usd.Prim,
+    color: Any,
+    axes: Any,
+    image: Callable[[Sdf.AssetPath], str | None],
+    up: str,
+    time: Usd.TimeCode,
+) -> Found:
+    """The description of a dome light with its image."""
+    kind = prim.GetTypeName()
+    asset = _file(prim, time)
+    if not asset:
+        return {"type": "sky", "radiance": color.tolist()}, None
+    file = image(asset)
+    if file is None:
+        return None, "no light: its image cannot be used"
+    # The middle of a latlong image is at the light's +z, its top at +y.
+    middle, pole = axes[:, 2], axes[:, 1]
+    if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
+        middle, pole = -axes[:, 1], axes[:, 2]
+    yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
+    said = None
+    if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
+        said = "its pole is not the up axis; its image is shown upright"
+    elif np.ptp(color) > 1e-6 * color.max():
+        said = "its image is multiplied by the mean of its colour"
+    sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
+    return sky | {"scale": float(color.mean())}, said
 
 
 def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> str | None:

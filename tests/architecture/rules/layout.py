@@ -18,7 +18,7 @@ ORDER = {
         triangles lib
     """,
     "formats": """
-        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
+        error budget io encode geometry image codec obj ply stl off ies gltf polygon_arrays world_file bundle registry
         asset_loader lib
     """,
     "calibration": """
