@@ -157,3 +157,8 @@ def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> Non
 def test_other_numbers_are_not_called_a_lens(tmp_path: Path, key: str, value: Any) -> None:
     cameras = read(tmp_path, {"K": K, "img_size": [640, 480], key: value})
     assert len(cameras) == 1
+
+
+def test_sizes_with_exchanged_sides_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="rows and columns"):
+        read(tmp_path, {"K": [[682, 0, 625], [0, 714, 478], [0, 0, 1]], "img_size": [720, 1280]})

@@ -95,7 +95,10 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
                 let near = |c: f64, side: f64| (c / side - 0.5).abs() < 0.15;
                 near(k.z_axis.x, width) && near(k.z_axis.y, height)
             };
-            if !middle(width, height) && middle(height, width) {
+            // The principal point's largest distance from the middle, in units of the sides.
+            let off = |width: f64, height: f64| (k.z_axis.x / width - 0.5).abs().max((k.z_axis.y / height - 0.5).abs());
+            let far = off(width, height) > 0.25 && off(height, width) < 0.2;
+            if far || !middle(width, height) && middle(height, width) {
                 return Err(at.fail(format_args!(
                     "{width} x {height} with the principal point ({}, {}): are they rows and columns? Expected width, \
                      then height",

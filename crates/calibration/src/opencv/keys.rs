@@ -34,7 +34,8 @@ pub(super) const K: [&str; 26] = [
     "kmtx",
 ];
 /// The coefficients of the lens.
-pub(super) const LENS: [&str; 36] = [
+pub(super) const LENS: [&str; 37] = [
+    "distortionvec",
     "distortioncoefficients",
     "distortioncoefficient",
     "distortioncoeffs",
@@ -171,8 +172,8 @@ pub(super) const BODY_FROM_CAMERA: [&str; 10] =
 pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
 /// The poses of the views of a board: of six numbers each, or of three in two lists.
 pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
-pub(super) const RVECS: [&str; 2] = ["rvecs", "rotationvectors"];
-pub(super) const TVECS: [&str; 2] = ["tvecs", "translationvectors"];
+pub(super) const RVECS: [&str; 3] = ["rvecs", "rotationvectors", "rotationvec"];
+pub(super) const TVECS: [&str; 3] = ["tvecs", "translationvectors", "translationvec"];
 /// The parts of a rectified pair, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
 /// Further keys that are known: they are read elsewhere, or do not change the picture.

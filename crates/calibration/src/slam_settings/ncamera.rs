@@ -27,6 +27,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         )?);
         return Ok(calibration);
     }
+    let nested: Vec<_> = root.entries()?.into_iter().filter(|(_, at)| at.get("cam_model").is_some()).collect();
+    if !nested.is_empty() {
+        for (name, at) in nested {
+            calibration.records.push(flat(&at, name.into(), &mut calibration.notices)?);
+        }
+        return Ok(calibration);
+    }
     // maplab lists its sensors, of which one holds the cameras.
     let holder = match (root.get("cameras"), root.get("sensors")) {
         (Some(cameras), _) => cameras,
@@ -69,6 +76,12 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let (focals, xi) = match (kind.word()?, &values[..]) {
         ("pinhole", [fx, fy, cx, cy]) => ([*fx, *fy, *cx, *cy], None),
         ("omni" | "unified-projection", [xi, fx, fy, cx, cy]) => ([*fx, *fy, *cx, *cy], Some(*xi)),
+        ("omni", _) => {
+            return Err(kind.fail(
+                "the polynomial of OCamCalib (Scaramuzza), which raycam has no lens for: calibrate as \
+                 unified-projection or equidistant (Kalibr does both)",
+            ));
+        }
         (other, _) => {
             return Err(kind.fail(format_args!(
                 "{other:?} with {} intrinsics; expected pinhole (4) or unified-projection (5)",
@@ -106,10 +119,10 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<String>) -> Result<Ca
     let focals = [get("fx")?, get("fy")?, get("cx")?, get("cy")?];
     let d = [term(0)?, term(1)?, term(2)?, term(3)?];
     let (focals, lens) = match model.word()? {
-        "Pinhole" | "pinhole" => (focals, lens_of(LensModel::OpenCv, &d)),
-        "EquidistantCamera" | "Equidistant" => (focals, lens_of(LensModel::Fisheye, &d)),
+        "Pinhole" | "pinhole" | "PinholeRadtan" | "PinholeNoDistortion" => (focals, lens_of(LensModel::OpenCv, &d)),
+        "EquidistantCamera" | "Equidistant" | "PinholeEquidistant" => (focals, lens_of(LensModel::Fisheye, &d)),
         // In units of the image's size, from its corner.
-        "ATAN" => {
+        "ATAN" | "PinholeAtan" => {
             let [fx, fy, cx, cy] = focals;
             ([fx * width, fy * height, cx * width - 0.5, cy * height - 0.5], lens_of(LensModel::Fov, &d[..1]))
         }
