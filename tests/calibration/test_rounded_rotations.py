@@ -13,7 +13,7 @@ import pytest
 import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
-from support.camera_truth import four, intrinsics
+from support.camera_truth import Array, four, intrinsics
 
 K = intrinsics(500.0, 501.0, 320.0, 240.0)
 
@@ -25,9 +25,10 @@ def load(path: Path, **arguments: Any) -> tuple[raycam.Cameras, list[str]]:
     return cameras, [str(warning.message) for warning in caught]
 
 
-def nearest(matrix: np.ndarray) -> np.ndarray:
+def nearest(matrix: Array) -> Array:
     u, _, vt = np.linalg.svd(matrix)
-    return u @ vt
+    product: Array = u @ vt
+    return product
 
 
 @pytest.mark.parametrize("digits", [3, 4, 6, 9])

@@ -424,7 +424,7 @@ def test_mrcal_reads_its_own_files(tmp_path: Path) -> None:
 
 def test_dvr_has_intrinsics_in_units_of_half_the_image(tmp_path: Path) -> None:
     camera = np.eye(4)
-    camera[:3, :3] = [[2.1, 0, 0.02], [0, 2.2, -0.01], [0, 0, 1]]
+    camera[:3, :3] = np.array([[2.1, 0, 0.02], [0, 2.2, -0.01], [0, 0, 1.0]])
     np.savez(tmp_path / "cameras.npz", world_mat_0=four(R, T), camera_mat_0=camera, scale_mat_0=np.eye(4))
     (read,) = load(tmp_path / "cameras.npz", size=(640, 480)).values()
     check(read, intrinsics(2.1 * 320, 2.2 * 240, 320 * 1.02, 240 * 0.99), R, C)
@@ -434,7 +434,7 @@ def test_dvr_has_intrinsics_in_units_of_half_the_image(tmp_path: Path) -> None:
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 def test_camera_matrices_are_checked_for_plausibility(tmp_path: Path, scale: float) -> None:
     P = intrinsics(500 * scale, 500 * scale, 320 * scale, 2000 * scale) @ np.column_stack([R, T])
-    np.savez(tmp_path / "cameras_sphere.npz", world_mat_0=np.vstack([P, [0, 0, 0, 1]]))
+    np.savez(tmp_path / "cameras_sphere.npz", world_mat_0=np.vstack([P, np.array([0, 0, 0, 1.0])]))
     (tmp_path / "calib.txt").write_text(f"P0: {words(P)}\nP1: {words(P)}\n")
     for name in ("cameras_sphere.npz", "calib.txt"):
         with warnings.catch_warnings(record=True) as caught:

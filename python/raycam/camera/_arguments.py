@@ -108,7 +108,7 @@ def make(constructor: str, *args: Any) -> _core.Camera:
     return made
 
 
-def report_nearest_rotation(given: np.ndarray, made: _core.Camera) -> None:
+def report_nearest_rotation(given: npt.NDArray[np.float64], made: _core.Camera) -> None:
     """Warns if the camera's R differs from the given matrix by more than the rounding of float32."""
     off = float(np.abs(np.asarray(made.r) - given).max())
     if off > 1e-7:

@@ -14,6 +14,9 @@ use raycam_formats::{FormatError, Result};
 
 const SIZE: [u32; 2] = [1242, 375];
 
+/// Frame and camera, line, numbers.
+type Row<const N: usize> = ((u32, u32), usize, [f64; N]);
+
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let header = text.lines().next().unwrap_or_default();
     let starts = header.trim_start().starts_with("frame cameraID");
@@ -21,7 +24,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 }
 
 /// The rows of a file by frame and camera, in its order.
-fn rows<const N: usize>(source: &InputFile) -> Result<Vec<((u32, u32), usize, [f64; N])>> {
+fn rows<const N: usize>(source: &InputFile) -> Result<Vec<Row<N>>> {
     let mut found = Vec::new();
     for (line, row) in data_lines(source.text()?).skip(1) {
         let fail = |message: &str| FormatError::line(&source.path, line, message);
