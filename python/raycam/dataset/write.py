@@ -209,15 +209,7 @@ def write(
         raise SettingsError(nearest("format", format, list(FORMATS)))
     kind = FORMATS[format]
     source = _source(world, worlds, count, categories)
-    if isinstance(source, WorldSequence):
-        if workers is not None:
-            raise SettingsError(
-                "workers cannot be used with worlds, which are made in this process; use shard=(i, n)"
-            )
-        if source.is_iterator and (format == "bop" or not kind.many_worlds):
-            raise SettingsError(
-                f"{format} needs the worlds again for its index files; use a list or a function"
-            )
+    _check_source(source, format, workers)
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
     own = resolve_options(options, kind.options, format)
@@ -282,6 +274,18 @@ def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) 
             job.mark_assembled(names)
             job.release_package()
     return complete
+
+
+def _check_source(source: World | Recipe | WorldSequence, format: str, workers: int | str | None) -> None:
+    """Raises `SettingsError` if a caller's worlds cannot be made where they are needed."""
+    if not isinstance(source, WorldSequence):
+        return
+    if workers is not None:
+        raise SettingsError(
+            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)"
+        )
+    if source.is_iterator and (format == "bop" or not FORMATS[format].many_worlds):
+        raise SettingsError(f"{format} needs the worlds again for its index files; use a list or a function")
 
 
 def _source(
