@@ -21,7 +21,7 @@ ENUMS = {
 
 
 def test_there_is_a_recipe_for_what_people_add() -> None:
-    others = ["A file format", "A primitive", "A data set format", "An example"]
+    others = ["A file format", "A primitive", "A data set format", "A viewer control", "An example"]
     assert sorted(RECIPES) == sorted([*ENUMS, *others])
 
 

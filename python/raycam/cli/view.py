@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+import signal
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,26 +52,38 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--port", metavar="N", type=int, help="the port (default: 7421, or the next free one)"
     )
-    command.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="the address to listen on")
     command.add_argument(
-        "--yes", action="store_true", help="listen on another address than this machine's own"
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen on",
+    )
+    command.add_argument(
+        "--yes", action="store_true", help="confirm that --host makes the view reachable from other machines"
     )
     command.add_argument(
         "--allow-host",
         metavar="NAME",
         action="append",
         default=[],
-        help="a name of this server behind a proxy",
-    )
-    command.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
-    command.add_argument(
-        "--no-edit", action="store_true", help="look alone: objects and lights stay as they are"
+        help="host name under which a proxy publishes this server (repeatable)",
     )
     command.add_argument(
-        "--allow-open", action="store_true", help="files that are dropped on the page are opened there"
+        "--proxy",
+        metavar="ADDRESS",
+        action="append",
+        default=[],
+        help="address of a proxy whose X-Forwarded-Host header is accepted (repeatable)",
     )
-    command.add_argument("--follow", action="store_true", help="all clients share one camera, as in teaching")
-    command.add_argument("--exit-when-closed", action="store_true", help="end when the page is closed")
+    command.add_argument(
+        "--no-browser", action="store_true", help="print the address without opening a browser"
+    )
+    command.add_argument("--no-edit", action="store_true", help="do not allow changes of objects and lights")
+    command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
+    command.add_argument("--follow", action="store_true", help="show all clients the same camera")
+    command.add_argument(
+        "--exit-when-closed", action="store_true", help="stop the server when the page is closed"
+    )
     command.set_defaults(run=_run)
 
 
@@ -119,6 +133,7 @@ def _view_world(options: argparse.Namespace) -> None:
     from ..viewer.viewer import Viewer, open_browser
 
     _check_host(options)
+    _end_on_signals()
     give_memory_back()
     world = load_world(options)
     own = set(world.cameras)
@@ -133,6 +148,7 @@ def _view_world(options: argparse.Namespace) -> None:
         host=options.host,
         port=options.port,
         allow_hosts=options.allow_host,
+        proxies=options.proxy,
         threads=options.threads,
         edit=not options.no_edit,
         follow=options.follow,
@@ -149,10 +165,24 @@ def _view_world(options: argparse.Namespace) -> None:
         },
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
-        if not open_browser(viewer.url, False if options.no_browser else None):
+        for url in viewer.urls[1:]:
+            print(f"             {url}", flush=True)
+        if not open_browser(viewer, False if options.no_browser else None) and len(viewer.urls) == 1:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
         viewer.wait(exit_when_closed=options.exit_when_closed)
+
+
+def _end_on_signals() -> None:
+    """Ends the view on SIGTERM and SIGHUP as on Ctrl-C: pages are notified, and dropped files are removed."""
+
+    def stop(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), stop)
 
 
 def _add_cameras(world: World, options: argparse.Namespace) -> None:
