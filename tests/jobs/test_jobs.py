@@ -82,7 +82,7 @@ def test_another_job_is_refused_with_the_difference(tmp_path: Path, change: str)
     options, message = CHANGES[change]
     Job(tmp_path / "a", package()).run(Pool(), frames=[1])
     before = results(tmp_path / "a")
-    with pytest.raises(JobError, match=f"another job is here: .*{message}.*--no-resume"):
+    with pytest.raises(JobError, match=f"another job is here: .*{message}.*resume=False"):
         Job(tmp_path / "a", package(**options))
     assert results(tmp_path / "a") == before
     (tmp_path / "a" / "notes.txt").write_text("mine")
@@ -123,7 +123,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
 
     # They stay failed until they are asked for.
     pool = Pool()
-    with pytest.raises(JobError, match="--retry-failed"):
+    with pytest.raises(JobError, match="retry_failed=True"):
         Job(tmp_path / "a", package()).run(pool)
     assert pool.made == []
     Job(tmp_path / "a", package()).run(pool, frames=[0, 1])

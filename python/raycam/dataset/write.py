@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import whole
+from ..arguments import several, whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
@@ -73,7 +73,7 @@ def views(
     Without `cameras`, a world with a video has one view per frame; another world has a view for each of its cameras, or
     one for its default camera. `times` in seconds, one for each camera, are times of the world's video. A `Rig` among
     the cameras has one time and gives one view for each of its cameras. A single rig moves with the world's video, if
-    any.
+    any. The sensors of a rig that are not cameras are sampled once for each pose of the rig.
     """
     if isinstance(cameras, Rig):
         rig = cameras
@@ -99,7 +99,11 @@ def views(
     images = cameras.images if isinstance(cameras, Cameras) else {}
     for number, (item, moment, label) in enumerate(zip(chosen_cameras, moments, labels, strict=True)):
         if isinstance(item, Rig):
-            found += [View(camera, moment, rig=(number, name), label=name) for name, camera in item.items()]
+            # The other sensors of a rig are sampled once for each pose, with the rig's first view.
+            others = {name: one for name, one in item.sensors.items() if not isinstance(one, Camera)}
+            for place, (name, camera) in enumerate(item.items()):
+                own = others if place == 0 else {}
+                found.append(View(camera, moment, rig=(number, name), label=name, sensors=own))
         else:
             found.append(View(item, moment, label=label, image=images.get(label or "")))
     return found
@@ -128,6 +132,10 @@ def write(
     `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
     pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
     all objects are labelled "object". The formats and their options:
+
+    With any format, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the rig
+    and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view. The file contains the
+    sensor's arrays, "world_from_sensor" and "times".
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
@@ -262,10 +270,10 @@ def make_plan(
     """Plans the views of a world, or of the worlds of a recipe."""
     if isinstance(world, World):
         if count is not None:
-            raise SettingsError("count is of the worlds of a recipe, and this is one world")
+            raise SettingsError("count requires a recipe; got a single world")
         return Plan(world, views(world, cameras, times), rendering, options, threads)
     if times is not None:
-        raise SettingsError("times are of a world that moves, and not of a recipe")
+        raise SettingsError("times cannot be used with a recipe")
     worlds = whole("count", 1 if count is None else count, 1, 10_000_000)
     first = world.world(0)
     seen: dict[str | None, Camera] = {}
@@ -318,14 +326,29 @@ def late_times(plan: Plan) -> list[str]:
 
 
 def unposed_cameras(plan: Plan) -> list[str]:
-    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    """The notice that all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
-    return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+    """Returns cameras and rigs as a list; raises `SettingsError` for anything else."""
+    if isinstance(cameras, str | Path):
+        raise SettingsError(
+            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})"
+        )
+    found = (
+        list(cameras.values())
+        if isinstance(cameras, Mapping)
+        else several("cameras", cameras, "cameras or rigs")
+    )
+    for item in found:
+        if not isinstance(item, Camera | Rig):
+            raise SettingsError(
+                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name"
+            )
+    return found
 
 
 def write_file(path: Path, pieces: Any) -> None:

@@ -342,7 +342,7 @@ class Job:
             many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
             raise JobError(
                 f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
-                f"{self.log(first)}; --retry-failed tries again"
+                f"{self.log(first)}; retry_failed=True retries them"
             )
 
     @contextlib.contextmanager

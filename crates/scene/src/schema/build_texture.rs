@@ -59,7 +59,7 @@ impl TextureSpec {
             return Err(SceneError::schema("strength", message).into());
         }
         if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
-            let message = format!("{strength}: expected a finite number, 0..=1 for occlusion");
+            let message = format!("{strength}: expected a finite number, 0 to 1 for occlusion");
             return Err(SceneError::schema("strength", message).into());
         }
         let put = TextureBinding {

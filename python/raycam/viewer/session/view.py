@@ -246,7 +246,7 @@ class View:
         if camera.is_parallel:
             factor = fx / self.still_camera.K[0, 0]
             if abs(factor - 1) > 1e-12:
-                K = camera.K
+                K = camera.K.copy()
                 K[0, :2] *= factor
                 K[1, 1] *= factor
                 camera = camera.replace(K=K)
@@ -256,7 +256,7 @@ class View:
 
     def with_lens(self, fx: float, fy: float, cx: float, cy: float, distortion: list[float]) -> View:
         """The view with other intrinsics, in pixels of the camera's own size. Raises `CameraError`."""
-        K = self.camera.K
+        K = self.camera.K.copy()
         K[0, 0], K[1, 1], K[0, 2], K[1, 2] = fx, fy, cx, cy
         return self.with_camera(self.camera.replace(K=K, distortion=distortion or None))
 
