@@ -302,7 +302,7 @@ impl Statement<'_> {
 
     /// The first number, clamped to a range; `None` where it is none.
     fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
-        let expected = format!("a number in {expected}");
+        let expected = format!("a number from {expected}");
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
             Some(value) if range.contains(&value) => Some(value),
             Some(value) => {

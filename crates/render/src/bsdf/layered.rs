@@ -54,11 +54,11 @@ pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
 
 /// Points and weights of the Gauss-Legendre quadrature from 0 to 1, exact for polynomials up to the ninth power.
 const GAUSS_LEGENDRE: [(f32, f32); 5] = [
-    (0.046_910_077, 0.118_463_443),
-    (0.230_765_345, 0.239_314_335),
-    (0.5, 0.284_444_444),
-    (0.769_234_655, 0.239_314_335),
-    (0.953_089_923, 0.118_463_443),
+    (0.046_910_077, 0.118_463_44),
+    (0.230_765_34, 0.239_314_33),
+    (0.5, 0.284_444_45),
+    (0.769_234_66, 0.239_314_33),
+    (0.953_089_95, 0.118_463_44),
 ];
 
 /// The albedo tables of a rough isotropic interface that is seen from inside.

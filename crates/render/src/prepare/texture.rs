@@ -16,6 +16,9 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
+/// Footprints up to this much wider than a texel are as wide as it: the texel at whose centre a ray hits comes back
+/// exactly.
+const ROUNDING: f32 = 1e-3;
 
 /// Texture, and its mip map once requested.
 #[derive(Debug)]
@@ -70,10 +73,10 @@ impl PreparedTexture {
         let (long, minor) = principal_axes(axes.map(|axis| axis * size));
         let (major, long) = (long.length(), long / size);
         // Non-finite coordinates are left to the texture's sampler.
-        if self.texture.sampler.mip.is_none() || !(major > 1.0 && major.is_finite()) {
+        if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
             return self.lookup(uv, weight);
         }
-        let count = (major / minor.max(1.0)).ceil().clamp(1.0, MAX_ANISOTROPY);
+        let count = (major / minor.max(1.0) - ROUNDING).ceil().clamp(1.0, MAX_ANISOTROPY);
         let level = minor.max(major / count).max(1.0).log2();
         let (mut sum, mut by_alpha) = ([0.0; 4], AlphaMean::default());
         for i in 0..count as u32 {

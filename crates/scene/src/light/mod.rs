@@ -39,6 +39,7 @@ pub enum Light {
         angular_diameter: f64,
     },
     /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
+    #[serde(alias = "bulb")]
     Point {
         /// The centre, in the world.
         position: [f64; 3],
