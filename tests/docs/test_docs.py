@@ -96,7 +96,7 @@ def test_every_block_of_the_page_runs(
 ) -> None:
     shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules["raycam.render.render"].STUDIO, "samples", 1)
+    monkeypatch.setitem(sys.modules["raycam.render.studio"].STUDIO_OPTIONS, "samples", 1)
     world = Path("spot.toml").read_text(encoding="utf-8")
     world = re.sub(
         r"^samples = .*", "samples = 1", world.replace("occlusion = true", "occlusion = false"), flags=re.M

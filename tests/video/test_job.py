@@ -193,7 +193,7 @@ def test_commands_of_jobs(
     assert run("verify frames") == 1
     told = capsys.readouterr()
     assert told.out.startswith("frames/frame_0003.png: it was made with")
-    assert "frames: 1 damaged or gone" in told.err
+    assert "frames: 1 files are damaged or missing" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
     capsys.readouterr()
