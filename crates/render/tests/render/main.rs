@@ -1,6 +1,5 @@
 //! One file for each concept of the crate.
 
-mod adaptive;
 mod amodal;
 mod bright_path;
 mod channel;
