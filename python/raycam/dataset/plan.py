@@ -21,6 +21,7 @@ from ..errors import CameraError, SettingsError, nearest
 from ..io.temp_stream import Piece
 from ..randomize import Recipe
 from ..render import render
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..sensors import Sensor
 from ..world import Object, World
@@ -267,9 +268,13 @@ class Shot:
         """The category id of a labelled object."""
         return self.plan.category_ids[self.objects[number].category or "object"]
 
-    def render(self, channels: Sequence[str], camera: Camera | None = None) -> Frame:
-        """Renders channels of the view with the settings of the plan."""
+    def render(self, channels: Sequence[str], camera: Camera | None = None, index: int = 0) -> Frame:
+        """Renders channels of the view, or of another camera at the same time, with the settings of the plan.
+
+        `index` is the camera's number at this time: each has independent noise.
+        """
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
+        rendering = with_camera_seed(rendering, index)
         return render(
             self.world,
             camera or self.camera,

@@ -301,6 +301,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> dict[str, Frame]:
         """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
 
+        Each camera has its own random numbers, so that the noise of two images is independent; the first camera has
+        those of `raycam.render`.
+
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
         default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
 
