@@ -218,7 +218,7 @@ def test_points_of_triangles_and_what_cannot_be(tmp_path: Path) -> None:
 
     refused("point 1: object 9 does not exist; the world has 3 objects", world, [[0, 0, 0]] * 2, [0, 9])
     refused("triangle 12 does not exist; object 1 has 12 triangles", world, [[1, 0, 0]], [1], triangles=[12])
-    refused("have the sum 2, expected 1", world, [[1, 0, 1]], [1], triangles=[1])
+    refused("have the sum 2; expected 1", world, [[1, 0, 1]], [1], triangles=[1])
     refused("triangles need objects", world, [[1, 0, 0]], triangles=[1])
     refused("triangles has 2 entries for 1 points", world, [[1, 0, 0]], [0], triangles=[1, 0])
     refused("objects is -1", world, [[1, 0, 0]], [-1])

@@ -234,7 +234,7 @@ def test_commands_of_jobs(
     assert capsys.readouterr().out.startswith("b.gif: it was made with")
     Job(here / "a.gif.job").remove()
     assert run("verify a.gif") == 1
-    assert "a.gif: this is a file, and complete" in capsys.readouterr().err
+    assert "a.gif: the file is complete" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
