@@ -222,7 +222,7 @@ def test_points_of_triangles_and_what_cannot_be(tmp_path: Path) -> None:
     refused("triangles need objects", world, [[1, 0, 0]], triangles=[1])
     refused("triangles has 2 entries for 1 points", world, [[1, 0, 0]], [0], triangles=[1, 0])
     refused("objects is -1", world, [[1, 0, 0]], [-1])
-    refused("object 0 is bent by a skin.*give the triangle", bending_plate(tmp_path), [[0, 0, 0]], [0])
+    refused("object 0 is deformed by a skin.*give a triangle", bending_plate(tmp_path), [[0, 0, 0]], [0])
 
 
 def test_cameras_at_infinity_see_what_lies_before_a_point() -> None:
