@@ -84,7 +84,7 @@ fn adaptive_pixels_stop_below_the_threshold() {
     let good = f32s(&whole, Channel::Error).iter().filter(|&&error| error <= 0.01).count();
     assert!(good as f64 > 0.95 * (24.0 * 16.0), "{good}");
     let notice = &whole.notices[0];
-    assert!(notice.contains("samples per pixel in the mean"), "{notice}");
+    assert!(notice.contains("samples per pixel on average"), "{notice}");
     for threads in [1, 3] {
         let frame = render(&world, &camera, &Settings { threads: Some(threads), ..noisy.clone() });
         assert_eq!(bits(&frame), bits(&whole));
