@@ -24,6 +24,7 @@ from .render.frame import Frame
 from .render.many import Frames, render_many
 from .render.progressive import Cancel, Progressive, progressive
 from .rig import Rig
+from .sensors import Sensor
 from .world import Animation, Object, Topology, Video, World
 from .world.load import load
 from .world.texture import Texture
@@ -58,6 +59,7 @@ __all__ = [
     "Recipe",
     "Rig",
     "SelfCheck",
+    "Sensor",
     "SettingsError",
     "Texture",
     "Topology",

@@ -19,12 +19,14 @@ __all__ = [
     "calibration_formats",
     "channels",
     "check_stand_in",
+    "complete_render_options",
     "encode_exr",
     "encode_hdr",
     "encode_jpeg",
     "encode_png",
     "file_extensions",
     "flow",
+    "foreign_terms",
     "instruction_set",
     "intrinsics_from_focal",
     "intrinsics_from_fov",
@@ -36,17 +38,20 @@ __all__ = [
     "mask_polygons",
     "mask_runs",
     "merge",
+    "names_for_foreign_term",
     "oriented_box",
     "ray_fields",
     "read_cameras",
     "read_exr",
     "read_picture",
     "render_many",
+    "render_options",
     "shown_from_linear",
     "silhouettes",
     "srgb_from_linear",
     "world_add_light",
     "world_add_object",
+    "world_add_polygons",
     "world_add_rig",
     "world_cast_rays",
     "world_closest_points",
@@ -55,6 +60,7 @@ __all__ = [
     "world_from_bytes",
     "world_from_dict",
     "world_from_gltf",
+    "world_from_polygons",
     "world_inside",
     "world_intersections",
     "world_occluded",
@@ -89,6 +95,7 @@ def available_threads() -> int: ...
 def calibration_formats() -> tuple[list[str], list[str]]: ...
 def channels() -> list[tuple[str, str, int]]: ...
 def check_stand_in(path: str | PathLike[str], data: bytes) -> None: ...
+def complete_render_options(world: World | None, options: dict[str, Any]) -> dict[str, Any]: ...
 def encode_exr(
     layers: Sequence[tuple[str, npt.NDArray[Any]]],
     half: bool,
@@ -102,6 +109,7 @@ def file_extensions() -> tuple[list[str], list[str]]: ...
 def flow(
     first: tuple[World, Camera], second: tuple[World, Camera], threads: int | None
 ) -> dict[str, npt.NDArray[Any]]: ...
+def foreign_terms(place: str) -> list[tuple[str, str]]: ...
 def instruction_set() -> str: ...
 def intrinsics_from_focal(focal: float, size: _Size, pixel_center: str) -> list[list[float]]: ...
 def intrinsics_from_fov(fov: float, size: _Size, pixel_center: str) -> list[list[float]]: ...
@@ -125,6 +133,7 @@ def linear_from_srgb8(bytes: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]: 
 def mask_polygons(pixels: npt.NDArray[np.bool_]) -> list[list[list[int]]]: ...
 def mask_runs(pixels: npt.NDArray[np.bool_]) -> str: ...
 def merge(frames: Sequence[tuple[_Size, Sequence[int], dict[str, npt.NDArray[Any]]]]) -> _Parts: ...
+def names_for_foreign_term(word: str, expected: list[str]) -> list[str]: ...
 def oriented_box(world: World, object: int) -> tuple[list[list[float]], list[float], list[float]]: ...
 def read_cameras(
     path: str | PathLike[str],
@@ -143,6 +152,7 @@ def render_many(
     arrays: Sequence[tuple[str, npt.NDArray[Any]]],
     progress: Callable[[int, int], object] | None,
 ) -> list[str]: ...
+def render_options() -> list[dict[str, Any]]: ...
 def silhouettes(
     world: World, camera: Camera, objects: Sequence[int], margin: _Size, threads: int | None
 ) -> list[tuple[int, tuple[int, int, int, int], npt.NDArray[np.bool_]]]: ...
@@ -181,6 +191,15 @@ def world_add_light(world: World, description: dict[str, Any], within: str | Pat
 def world_add_object(
     world: World, description: dict[str, Any], within: str | PathLike[str] | None
 ) -> int: ...
+def world_add_polygons(
+    world: World, description: dict[str, Any], polygons: dict[str, Any], folder: str | PathLike[str]
+) -> int: ...
+def world_from_polygons(
+    description: dict[str, Any],
+    polygons: dict[str, Any],
+    folder: str | PathLike[str],
+    texture_memory: int | None,
+) -> World: ...
 def world_add_rig(world: World, rig: Rig) -> None: ...
 def world_from_bytes(bytes: bytes, texture_memory: int | None, folder: str) -> World: ...
 def world_from_dict(

@@ -16,12 +16,21 @@ ENUMS = {
     "A material": ("MaterialModel", "MaterialType"),
     "A light": ("Light", "PreparedLight"),
     "A channel": ("Channel",),
-    "An integrator": ("Integrator", "IntegratorName"),
+    "An integrator": ("Integrator",),
 }
 
 
 def test_common_additions_have_a_recipe() -> None:
-    others = ["A calibration format", "A file format", "A primitive", "A data set format", "An example"]
+    others = [
+        "A calibration format",
+        "A file format",
+        "A primitive",
+        "A render option",
+        "A data set format",
+        "A sensor",
+        "A viewer control",
+        "An example",
+    ]
     assert sorted(RECIPES) == sorted([*ENUMS, *others])
 
 

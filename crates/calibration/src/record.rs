@@ -165,9 +165,10 @@ impl CameraRecord {
         }
     }
 
-    /// Replaces a matrix that is nearly a rotation by the nearest one, and returns a notice.
-    pub(crate) fn orthonormalize(&mut self) -> Option<String> {
-        let off = self.pose.as_mut()?.orthonormalize()?;
-        Some(format!("camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used", self.name))
+    /// Replaces matrices of the pose and of the mount that are nearly rotations by the nearest ones; returns the largest
+    /// difference of an entry.
+    pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
+        let mount = self.mount.iter_mut().flat_map(|mount| [&mut mount.camera, &mut mount.body]);
+        self.pose.iter_mut().chain(mount).filter_map(Pose::orthonormalize).reduce(f64::max)
     }
 }

@@ -305,7 +305,7 @@ impl OffColors {
         }
         let largest = self.largest;
         if largest > 255.0 {
-            notices.push(format!("{shown}: colours of {what} up to {largest}, expected 0..=255: ignored"));
+            notices.push(format!("{shown}: colours of {what} up to {largest}, expected 0 to 255: ignored"));
             return None;
         }
         if self.odd > 0 {
@@ -316,7 +316,7 @@ impl OffColors {
         }
         let bytes = largest > if self.fractions { 1.01 } else { 1.0 };
         if bytes && self.fractions {
-            notices.push(format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0..=255"));
+            notices.push(format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0 to 255"));
         } else if largest > 1.0 && !bytes {
             notices.push(format!("{shown}: colours of {what} up to {largest} are clamped to 1"));
         }

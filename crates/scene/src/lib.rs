@@ -6,7 +6,9 @@
 //!
 //! ```text
 //! error up            errors; the axis that points up
+//! foreign_terms       other programs' terms, for hints in errors
 //! written             values that may be written in more than one way
+//! named_enum          closed sets with names
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
 //! material light      reflection models; emitters
@@ -27,11 +29,13 @@ pub mod animation;
 pub mod camera;
 pub mod color;
 mod error;
+pub mod foreign_terms;
 pub mod light;
 pub mod material;
 pub mod math;
 pub mod mesh;
 pub mod model;
+mod named_enum;
 pub mod render_options;
 pub mod schema;
 pub mod texture;
@@ -52,7 +56,9 @@ pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
-pub use texture::{Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap};
+pub use texture::{
+    ByteString, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap,
+};
 pub use up::Up;
 pub use video::Video;
 pub use world::{Object, World};

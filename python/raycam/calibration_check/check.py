@@ -205,7 +205,7 @@ def _check(camera: Camera) -> None:
 
 def _whole_centers(camera: Camera) -> Camera:
     """The camera at the origin, with pixel centres at integers."""
-    k = camera.K
+    k = camera.K.copy()
     k[:2, 2] -= 0.5 + camera.corner
     model: Any = "opencv" if camera.model == "pinhole" else camera.model
     return Camera(k, np.eye(3), np.zeros(3), camera.size, distortion=camera.distortion, model=model)

@@ -12,6 +12,7 @@ from .. import _core
 from .._serialization import DictSerializable
 from ..arguments import Bools, Floats, floats
 from ..errors import CameraError, SettingsError
+from ..read_only import read_only_array
 from ._arguments import Lens, Model, PixelCenter, Up, checked_up, matrix, vector
 
 __all__ = ["CameraGeometry", "refuse_other_types"]
@@ -49,12 +50,12 @@ class CameraGeometry(DictSerializable):
     @property
     def K(self) -> Floats:
         """Intrinsics [3, 3] in pixels, `K[2, 2]` = 1."""
-        return np.array(self._core.k)
+        return _fixed(self._core.k, "camera.replace(K=...)")
 
     @property
     def R(self) -> Floats:
         """The rotation camera_from_world [3, 3]."""
-        return np.array(self._core.r)
+        return _fixed(self._core.r, "camera.replace(R=...)")
 
     @property
     def C(self) -> Floats:
@@ -72,7 +73,8 @@ class CameraGeometry(DictSerializable):
     @property
     def center(self) -> Floats:
         """The centre as a homogeneous point [4]: (C, 1), or (d, 0) for parallel rays along d."""
-        return np.append(self.forward, 0.0) if self.is_parallel else np.append(self.location, 1.0)
+        center = np.append(self.forward, 0.0) if self.is_parallel else np.append(self.location, 1.0)
+        return _fixed(center, "camera.replace(C=...)")
 
     @property
     def location(self) -> Floats:
@@ -81,7 +83,7 @@ class CameraGeometry(DictSerializable):
         For an orthographic camera, a point of the plane on which rays start. For a matrix with its centre at infinity,
         the world's origin, from which depth is measured.
         """
-        return np.array(self._core.c)
+        return _fixed(self._core.c, "camera.replace(C=...)")
 
     @property
     def is_parallel(self) -> bool:
@@ -91,17 +93,24 @@ class CameraGeometry(DictSerializable):
     @property
     def t(self) -> Floats:
         """The translation -R C [3]."""
-        return np.array(self._core.t)
+        return _fixed(self._core.t, "camera.replace(C=...)")
+
+    @property
+    def pose(self) -> Floats:
+        """The pose world_from_camera [4, 4]; the camera axes are x right, y down, z forward. See `raycam.Sensor`."""
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = self.R.T, self.location
+        return _fixed(pose, "camera.at_pose(R, C)")
 
     @property
     def P(self) -> Floats:
         """The camera matrix K R [I | -C], [3, 4], by which `project` projects if there is no lens."""
-        return np.array(self._core.p)
+        return _fixed(self._core.p, "camera.replace(K=..., R=..., C=...)")
 
     @property
     def distortion(self) -> Floats | None:
         """The coefficients of the lens as given; None for a pinhole."""
-        return None if self._lens is None else np.array(self._lens[1])
+        return None if self._lens is None else _fixed(self._lens[1], "camera.replace(distortion=...)")
 
     @property
     def model(self) -> Model | Literal["pinhole"]:
@@ -115,7 +124,7 @@ class CameraGeometry(DictSerializable):
         Raises `CameraError` if COLMAP has no such model: skew, OpenCV's prism and tilt, "omni", "ds", "cylindrical".
         """
         name, params = self._core.colmap()
-        return name, np.array(params)
+        return name, _fixed(params, "raycam.Camera.from_colmap(...)")
 
     @property
     def size(self) -> tuple[int, int]:
@@ -140,7 +149,7 @@ class CameraGeometry(DictSerializable):
     @property
     def forward(self) -> Floats:
         """The principal axis [3] in the world, of unit length: the third row of R."""
-        return np.array(self._core.r[2])
+        return _fixed(self._core.r[2], "camera.replace(R=...)")
 
     @property
     def roll_pitch_yaw(self) -> Floats:
@@ -148,7 +157,8 @@ class CameraGeometry(DictSerializable):
 
         For a camera that looks straight up or down, roll is 0 and yaw holds the whole rotation.
         """
-        return np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
+        angles = np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
+        return _fixed(angles, "raycam.Camera.from_pose(location, roll, pitch, yaw, ...)")
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
         """The pixels [n, 2] of world points [n, 3], and True [n] for points in front of the camera.
@@ -195,6 +205,11 @@ class CameraGeometry(DictSerializable):
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
         """The same camera at another pose: camera_from_world [3, 3] and centre [3]. A camera's motion moves along."""
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
+
+
+def _fixed(values: npt.ArrayLike, change: str) -> Floats:
+    """Returns the read-only array of a property; its error names the call that returns a changed camera."""
+    return read_only_array(values, f"cameras are read-only; {change} returns a changed camera", CameraError)
 
 
 def refuse_other_types(camera: object, hint: str = "") -> None:

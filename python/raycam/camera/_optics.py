@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal, Self
 
+import numpy as np
 import numpy.typing as npt
 
-from ..arguments import flag, floats
+from ..arguments import Floats, flag, floats
 from ..errors import CameraError
+from ..read_only import ReadOnlyDict
 from ._arguments import number
 from ._geometry import CameraGeometry, refuse_other_types
 
@@ -27,24 +29,41 @@ class Optics(CameraGeometry):
         present = {name: value for name, value in table.items() if value is not None}
         return self.from_dict(present, up=self.up)
 
-    def _table(self, name: str) -> dict[str, Any] | None:
+    def _table(self, name: str, change: str) -> dict[str, Any] | None:
         table: dict[str, Any] | None = self.to_dict().get(name)
-        return table
+        if table is None:
+            return None
+        return ReadOnlyDict(table, f"cameras are read-only; {change} returns a changed camera", CameraError)
 
     @property
     def aperture(self) -> dict[str, Any] | None:
         """The aperture's `radius`, `focus`, `blades` and `rotation`; None for a pinhole."""
-        return self._table("aperture")
+        return self._table("aperture", "camera.with_aperture(...)")
 
     @property
     def vignetting(self) -> dict[str, Any] | None:
         """The vignetting's `cos4` and `polynomial`; None without vignetting."""
-        return self._table("vignetting")
+        return self._table("vignetting", "camera.with_vignetting(...)")
 
     @property
     def shutter(self) -> dict[str, Any] | None:
         """The shutter's `exposure`, `readout`, `direction` and `track` of poses; None without a shutter."""
-        return self._table("shutter")
+        return self._table("shutter", "camera.moving(...) or camera.exposing(...)")
+
+    @property
+    def times(self) -> Floats:
+        """The middle of each line's exposure, float64 [lines], in seconds relative to the world's time.
+
+        The world's time is the middle of the whole exposure. [0.0] without a rolling shutter.
+        """
+        shutter = self.shutter
+        if shutter is None or not shutter["readout"]:
+            return np.zeros(1)
+        width, height = self._core.size
+        lines = height if shutter["direction"] in ("down", "up") else width
+        fractions = (np.arange(lines) + 0.5) / lines - 0.5
+        backwards = shutter["direction"] in ("up", "left")
+        return (fractions[::-1] if backwards else fractions) * float(shutter["readout"])
 
     def with_aperture(
         self,

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arguments import Floats, whole
 from ..camera import Camera
@@ -21,9 +22,11 @@ from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
 from ..render.arguments import camera_of, world_of
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
-from ..render.old_names import current_names
 from ..rig import Rig
+from ..sensors import Sensor, sample_sensor
+from ..sensors.sensor import require_sensor
 from ..world import Animation, World
 from ..world.framing import framing_camera, moments_of
 from .files import check_video, open_video, picture_name
@@ -84,7 +87,6 @@ class VideoPlan:
         if world.video is None and animation is None:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
-        settings = current_names(settings)
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
             self.notices.append(
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
@@ -130,9 +132,7 @@ class VideoPlan:
         found = range(len(self))[start:stop]
         if not found:
             part = f"{'' if start is None else start}:{'' if stop is None else stop}"
-            raise SettingsError(
-                f"frames {part} are none: the video has {len(self)}, from 0 to {len(self) - 1}"
-            )
+            raise SettingsError(f"frames {part} is empty; the video has frames 0 to {len(self) - 1}")
         return found
 
     def time(self, number: int) -> float:
@@ -154,7 +154,33 @@ class VideoPlan:
         if self._world.video is not None:
             camera = self._camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
-        return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+        settings = self._settings if self._rig is None else with_camera_seed(self._settings, self._rig_index)
+        return render(moment, camera, channels="color", progress=progress, **own, **settings)
+
+    @property
+    def _rig_index(self) -> int:
+        """The index of the camera on its rig; 0 without a rig."""
+        return 0 if self._rig is None else list(self._rig[0]).index(self._rig[1])
+
+    def sample(
+        self, number: int, sensors: Mapping[str, Sensor] | Rig
+    ) -> dict[str, dict[str, npt.NDArray[Any]]]:
+        """Samples sensors at the time of frame `number`, from 0; returns their arrays by sensor and by name.
+
+        `sensors` are in world coordinates. The video moves a rig, whose `Rig.sensors` are sampled. The arrays include
+        "world_from_sensor" and "times", as in `raycam.sensors.sample_sensor`.
+        """
+        number = whole("frame", number, 0, len(self) - 1)
+        time = self.time(number)
+        moment = self._world.at(time, self._animation)
+        if isinstance(sensors, Rig):
+            rig = sensors if self._world.video is None else self._world.rig_at(sensors, time)
+            sensors = rig.sensors
+        threads = self._settings.get("threads")
+        return {
+            name: sample_sensor(require_sensor(name, sensor), moment, frame=number, threads=threads)
+            for name, sensor in sensors.items()
+        }
 
     def _camera_at(self, camera: Camera, time: float) -> Camera:
         """The camera, or the camera of the rig, as the video moves it, at a time in seconds."""
@@ -239,7 +265,6 @@ def write_video(
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
     sound, and `OSError` if files cannot be read or written.
     """
-    settings = current_names(settings)
     sound = None if audio is None else Path(audio)
     check_video(
         Path(path), lossless=lossless, alpha=bool(settings.get("transparent_background")), audio=sound

@@ -20,7 +20,7 @@ from ..errors import SettingsError
 from ..notices import warn_all
 from ..render.arguments import world_of
 from ..render.frame import CHANNELS, VIEWS
-from .web.document import assembled, json_text
+from .web.document import assembled, json_text, still_image
 from .wire import DTYPES, data_url, pack
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def page(
         return Page(
             live_page(frame, world, unused, exposure=exposure, view=view, title=title, channel=channel)
         )
-    from ..render.render import _stops
+    from ..render.options import check_option
 
     more = _arrays(frame, {} if arrays is None else arrays)
     _check_same(frame, compare)
@@ -111,13 +111,14 @@ def page(
         "planes": [{**header, "key": key} for key, (header, _) in packed.items()],
         "names": _names(world),
         "origin": [x, y],
-        "exposure": _stops(frame.exposure if exposure is None else exposure),
+        "exposure": check_option("exposure", frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
         "notices": [*notices, *doubts],
         "explanations": _explanations(frame, world, pixels),
     }
-    return Page(_document(document, {key: data for key, (_, data) in packed.items()}))
+    still = still_image(frame, exposure, view, title)
+    return Page(_document(document, {key: data for key, (_, data) in packed.items()}, still))
 
 
 def show(frame: Frame, **options: Any) -> Path | Page | None:
@@ -275,9 +276,9 @@ def _explanations(
     return made
 
 
-def _document(document: dict[str, Any], planes: Mapping[str, bytes]) -> str:
+def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
     """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
-    blocks = [f'<script type="application/json" id="document">{json_text(document)}</script>']
+    blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
     for number, data in enumerate(planes.values()):  # names come from files of strangers
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')

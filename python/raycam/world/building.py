@@ -12,14 +12,15 @@ from .. import _core
 from ..arguments import floats, size_of, whole
 from ..camera import Camera, check_camera
 from ..errors import WorldError
+from ..notices import warn
 from ..rig import Rig
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
-from .edit import changed_light, changed_object
+from .edit import describe_light_change, describe_object_change
 from .framing import framing_camera
 from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
-from .targets import aimed
+from .targets import aim_light
 from .usd_files import add_usd_object, is_usd
 
 __all__ = ["WorldBuilding"]
@@ -88,9 +89,10 @@ class WorldBuilding(WorldContents):
         radius of a sphere.
         With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
         alone, as on a ground that the photograph shows; in others it is a surface.
-        The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
-        A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
-        `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
+        A glTF file is turned from its up axis (y) to the world's, with a notice, except with `upright=False`. A
+        `matrix` applies to the file's own axes: the file is then not turned, with a notice, except with `upright=True`.
+        A USD file becomes one object, without its lights and cameras, and is turned in the same way. Raises
+        `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
         given = object_keys(description, dict(keys))
         with self._warning():
@@ -114,7 +116,7 @@ class WorldBuilding(WorldContents):
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
         with self._warning():
-            given = aimed(self, light_keys(description, dict(keys)))
+            given = aim_light(self, light_keys(description, dict(keys)))
             return _core.world_add_light(self._core, plain(given), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
@@ -125,6 +127,12 @@ class WorldBuilding(WorldContents):
 
     def add_rig(self, rig: Rig) -> None:
         """Adds a rig under its name; its cameras are appended under the names rig/camera."""
+        others = [name for name, sensor in rig.sensors.items() if not isinstance(sensor, Camera)]
+        if others:
+            warn(
+                f"rig {rig.name!r}: a world stores only a rig's cameras, not the sensors {', '.join(others)}; pass "
+                "the rig itself to videos and data sets"
+            )
         _core.world_add_rig(self._core, rig._core)
 
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
@@ -157,7 +165,7 @@ class WorldBuilding(WorldContents):
         not fit, and the errors of `add_object`; the world is then as before.
         """
         with self._warning():
-            _core.world_set_object(self._core, one_object(which), plain(changed_object(dict(keys))))
+            _core.world_set_object(self._core, one_object(which), plain(describe_object_change(dict(keys))))
 
     def remove_object(self, which: str | int) -> None:
         """Removes an object, by name or number, with the mesh, materials and images that nothing else uses.
@@ -178,9 +186,9 @@ class WorldBuilding(WorldContents):
         """
         lights = self.lights
         number = whole("light", number, 0, len(lights) - 1, error=WorldError)
-        changed, keeps_file = changed_light(lights[number], description, dict(keys))
+        changed, keeps_file = describe_light_change(lights[number], description, dict(keys))
         with self._warning():
-            _core.world_set_light(self._core, number, plain(aimed(self, changed)), keeps_file, None)
+            _core.world_set_light(self._core, number, plain(aim_light(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
         """Removes a light by its index in `lights`; those after it move down. Raises `WorldError`."""
@@ -232,5 +240,5 @@ class WorldBuilding(WorldContents):
 def _camera_name(name: object) -> str:
     """Returns the name of a camera; raises `WorldError` for anything else."""
     if not isinstance(name, str):
-        raise WorldError(f"a camera is called by its name, not {name!r}")
+        raise WorldError(f"camera names must be strings, got {name!r}")
     return name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -16,9 +16,9 @@ from ..camera import Camera, check_camera
 from ..errors import WorldError
 from ..io.fork_guard import no_fork
 from ..notices import warn_all
+from ..read_only import ReadOnlyDict, ReadOnlyList, read_only_array
 from ..rig import Rig
 from .parts import Animation, Object, Video
-from .read_only import ReadOnlyDict, ReadOnlyList, matrix_of
 
 __all__ = ["WorldContents"]
 
@@ -26,16 +26,18 @@ __all__ = ["WorldContents"]
 class WorldContents:
     """Base of `World` with what a world contains."""
 
-    __slots__ = ("_bare", "_core", "_folder")
+    __slots__ = ("_bare", "_core", "_folder", "_stage_variants")
 
     _core: CoreWorld
     _folder: str | None
     _bare: Self | None
+    _stage_variants: tuple[str, ...]
 
     @classmethod
-    def _of(cls, core: CoreWorld) -> Self:
+    def _of(cls, core: CoreWorld, stage_variants: Sequence[str] = ()) -> Self:
         world = cls.__new__(cls)
         world._core, world._folder, world._bare = core, None, None
+        world._stage_variants = tuple(stage_variants)
         return world
 
     # Contents ---------------------------------------------------------------------------------------------
@@ -49,7 +51,7 @@ class WorldContents:
     def objects(self) -> list[Object]:
         """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
         found = [
-            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), *flags)
+            Object(number, name, category, mesh, triangles, _matrix(matrix, name), *flags)
             for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
         ]
         return ReadOnlyList(
@@ -63,7 +65,10 @@ class WorldContents:
         A category that is a whole number is its own id. Other names get the free ids from 1, in the order of the
         objects.
         """
-        return self._core.categories
+        return ReadOnlyDict(
+            self._core.categories,
+            "categories are read-only; world.set_object(name, category=...) changes an object's category",
+        )
 
     @property
     def lights(self) -> list[dict[str, Any]]:
@@ -91,7 +96,8 @@ class WorldContents:
     @property
     def rigs(self) -> dict[str, Rig]:
         """The rigs by name; their cameras are among `cameras`, as rig/camera."""
-        return {rig.name: Rig._of(rig, self.up) for rig in _core.world_rigs(self._core)}
+        found = {rig.name: Rig._of(rig, self.up) for rig in _core.world_rigs(self._core)}
+        return ReadOnlyDict(found, "rigs are read-only; world.add_rig adds a rig")
 
     @property
     def counts(self) -> dict[str, int]:
@@ -99,7 +105,9 @@ class WorldContents:
 
         `triangles` count once for each object that shows them. Triangles of zero area are kept and never hit.
         """
-        return self._core.counts
+        return ReadOnlyDict(
+            self._core.counts, "counts are read-only; world.add_object and remove_object change the world"
+        )
 
     @property
     def textures(self) -> list[str]:
@@ -110,7 +118,8 @@ class WorldContents:
     def bounds(self) -> Floats | None:
         """The lower and upper corner [2, 3] of the world's bounding box, metres; None for an empty world."""
         bounds = self._core.bounds
-        return None if bounds is None else np.array(bounds)
+        remedy = "bounds are read-only; world.set_object(name, matrix=...) moves an object"
+        return None if bounds is None else read_only_array(bounds, remedy, WorldError)
 
     @property
     def texture_memory(self) -> int | None:
@@ -143,10 +152,17 @@ class WorldContents:
     @property
     def render_settings(self) -> dict[str, Any]:
         """The settings of `[render]` of the world file: defaults of the arguments of `raycam.render`."""
-        return self._core.render_settings
+        return ReadOnlyDict(
+            self._core.render_settings,
+            "render_settings are read-only; they come from the world file: pass options to raycam.render",
+        )
 
     def camera(self, name: str) -> Camera:
         """The camera of this name; raises `WorldError` with the nearest known name."""
+        if not isinstance(name, str):
+            raise WorldError(
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+            )
         return Camera._of(self._core.camera(name), self.up)
 
     # Copies, times and variants ---------------------------------------------------------------------------
@@ -194,11 +210,18 @@ class WorldContents:
 
     @property
     def variants(self) -> list[str]:
-        """The names of the material variants."""
-        return self._core.variants
+        """The names of the material variants of glTF; for USD, all variants as "SET=NAME", for `load(variant=)`."""
+        return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> Self:
-        """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
+        """The same world with the material variant of this name; raises `WorldError` with the nearest known name.
+
+        Variants of USD change the geometry as well: `load(path, variant=)` selects them.
+        """
+        if self._stage_variants:
+            raise WorldError(
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+            )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
         )
@@ -216,7 +239,7 @@ class WorldContents:
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
         """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
-        return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
+        return rig._moved(_core.world_rig_at(self._core, rig._core, float(time)))
 
     # Plain triangles --------------------------------------------------------------------------------------
 
@@ -247,3 +270,9 @@ class WorldContents:
         with no_fork():
             self._core.prepare(thread_count(threads))
         return self
+
+
+def _matrix(rows: npt.ArrayLike, name: str) -> Floats:
+    """The read-only matrix [4, 4] of the object of this name."""
+    remedy = f"objects are read-only; world.set_object({name!r}, matrix=...) moves the object; matrix.copy() is a copy"
+    return read_only_array(rows, remedy, WorldError)

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..arguments import Floats, floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from .contents import WorldContents
 
-__all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera", "moments_of"]
+__all__ = [
+    "DIRECTIONS",
+    "FOV",
+    "axes_of",
+    "bounding_corners",
+    "framing_camera",
+    "moments_of",
+    "without_ground",
+]
 
 AnyWorld = TypeVar("AnyWorld", bound=WorldContents)
 
@@ -31,12 +41,20 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
 """Directions from the middle to the eye by name: to the right, to the front and up."""
 FOV = 45.0
 """Degrees, vertical: the field of view of a framing camera."""
-MARGIN = 0.9
+FILLED_SHARE = 0.9
 """The part of the picture, from its middle, that the world fills."""
 MAX_TRIANGLES = 400_000
 """Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
 
-MOMENTS = 9
+MIN_GROUND_SIDE = 10.0
+"""The smallest side of a level square that counts as ground, in diagonals of the other objects' bounds."""
+MAX_SLOPE = 1e-6
+"""The largest height of a level square, in sides: the rounding error of files."""
+MAX_SQUARES = 1000
+"""Worlds with more squares are searched by name only."""
+GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
+"""The names of the squares of `World.add_ground` and `add_studio`, unless the user names them."""
+MOMENT_COUNT = 9
 """The times, evenly from its beginning to its end, by which a motion is framed."""
 
 
@@ -84,7 +102,7 @@ def framing_camera(
     if camera is not None:
         return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
-    reach = MARGIN * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
+    reach = FILLED_SHARE * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
     # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
     left_of = (-seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     right_of = (seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
@@ -105,7 +123,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     """
     if camera.is_parallel:
         raise CameraError("the rays of this camera are parallel: no distance makes the world fit its picture")
-    half = MARGIN * zoom * np.array(camera.size) / 2
+    half = FILLED_SHARE * zoom * np.array(camera.size) / 2
     center = np.array(camera.size) / 2 + camera.corner
     axis, rotation = rotation[2], _turned_to(camera, center, rotation)
     radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
@@ -131,7 +149,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
         return high
 
     # A few extreme points decide; those that are out all the same join them.
-    few = points[np.unique([int(product(points, way).argmax()) for way in WAYS])]
+    few = points[np.unique([int(product(points, way).argmax()) for way in EXTREME_DIRECTIONS])]
     while True:
         distance = nearest(few)
         beyond = excess(distance, points)
@@ -168,15 +186,52 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
     if world.video is not None:
         lengths.append(world.video.seconds)
     length = max(lengths, default=0.0)
-    times = [length * number / (MOMENTS - 1) for number in range(MOMENTS)] if length > 0 else []
+    times = [length * number / (MOMENT_COUNT - 1) for number in range(MOMENT_COUNT)] if length > 0 else []
     return [world.at(time, animation) for time in times]
 
 
-def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
-    """Points [n, 3] that bound the world: all corners of up to `most` triangles, or those of its bounds.
+def without_ground(world: AnyWorld) -> AnyWorld:
+    """Returns the world without the ground that its objects stand on; the same world if it has none, or nothing else.
 
-    None if it is empty.
+    A ground is a level square of two triangles: one that `World.add_ground` or `add_studio` named, or one whose side is
+    at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Names and shapes survive files of any format.
     """
+    axis = 2 if world.up == "z" else 1
+    squares = [item for item in world.objects if item.visible and item.triangles == 2]
+    if len(squares) > MAX_SQUARES:
+        squares = [item for item in squares if GROUND_NAME.fullmatch(item.name)]
+    sides = {item.id: np.ptp(world.triangles(item.id).reshape(-1, 3), axis=0) for item in squares}
+    level = [item for item in squares if sides[item.id][axis] <= MAX_SLOPE * sides[item.id].max()]
+    if not level:
+        return world
+    bounds = _hide(world, [item.id for item in level]).bounds
+    least = np.inf
+    if bounds is not None:
+        least = MIN_GROUND_SIDE * float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum()))
+    ground = [
+        item.id
+        for item in level
+        if GROUND_NAME.fullmatch(item.name) or np.delete(sides[item.id], axis).min() >= least
+    ]
+    if not ground or (bounds is None and len(ground) == len(level)):
+        return world
+    return _hide(world, ground)
+
+
+def _hide(world: AnyWorld, objects: Sequence[int]) -> AnyWorld:
+    """Returns a copy of the world in which objects are hidden."""
+    copy = world.copy()
+    for number in objects:
+        _core.world_set_object(copy._core, number, {"visible": False})
+    return copy
+
+
+def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
+    """Points [n, 3] that bound the world without its ground: all corners of up to `most` triangles, or of its bounds.
+
+    None if the world is empty.
+    """
+    world = without_ground(world)
     bounds = world.bounds
     if bounds is None:
         return None
@@ -210,16 +265,18 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
     level = [number for number in range(3) if number != axis]
     radius = np.sqrt(((points[:, level] - middle[level]) ** 2).sum(axis=1))
     low, high = points[:, axis].min(), points[:, axis].max()
-    step = (high - low) / RINGS or 1.0
-    ring = np.minimum(((points[:, axis] - low) / step).astype(int), RINGS - 1)
-    widest = np.zeros(RINGS)
+    step = (high - low) / RING_COUNT or 1.0
+    ring = np.minimum(((points[:, axis] - low) / step).astype(int), RING_COUNT - 1)
+    widest = np.zeros(RING_COUNT)
     np.maximum.at(widest, ring, radius)
-    angles = [2 * math.pi * number / CORNERS for number in range(CORNERS)]
-    corner = np.array([[math.cos(angle), math.sin(angle)] for angle in angles]) / math.cos(math.pi / CORNERS)
+    angles = [2 * math.pi * number / RING_CORNER_COUNT for number in range(RING_CORNER_COUNT)]
+    corner = np.array([[math.cos(angle), math.sin(angle)] for angle in angles]) / math.cos(
+        math.pi / RING_CORNER_COUNT
+    )
     found = []
-    for number in range(RINGS):
+    for number in range(RING_COUNT):
         for height in (low + number * step, low + (number + 1) * step):
-            around = np.empty((CORNERS, 3))
+            around = np.empty((RING_CORNER_COUNT, 3))
             around[:, level] = middle[level] + widest[number] * corner
             around[:, axis] = height
             found.append(around)
@@ -228,9 +285,9 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
 
 MAX_DISTANCE = 1e6
 """The farthest that a framing camera stands, in radii of the world."""
-WAYS = np.array(
+EXTREME_DIRECTIONS = np.array(
     [[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)], float
 )
 """Directions [26, 3] to the corners, edges and sides of a box, in which extreme points are looked for."""
-RINGS, CORNERS = 32, 32
+RING_COUNT, RING_CORNER_COUNT = 32, 32
 """The rings that bound a turning world, and the corners of each."""

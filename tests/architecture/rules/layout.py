@@ -13,16 +13,17 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        error written up math color mesh texture material light camera animation render_options video model world schema
+        error written named_enum up foreign_terms math color mesh texture material light camera animation render_options
+        video model world schema
         triangles lib
     """,
     "formats": """
-        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
+        error budget io encode geometry image codec obj ply stl off ies gltf polygon_arrays world_file bundle registry
         asset_loader lib
     """,
     "calibration": """
         document pose rig_mount record rig files folder picture_size intrinsics plausibility
-        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
@@ -37,8 +38,8 @@ ORDER = {
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments _serialization io camera rig usd world calibration reference render
-        annotations
+        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
+        reference render sensors annotations
         interop data randomize jobs cluster video dataset calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
@@ -46,10 +47,12 @@ ORDER = {
 }
 
 DELEGATIONS = {
+    "camera/camera.py": {"render/render.py", "world/world.py"},
+    "sensors/sensor.py": {"world/world.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},
 }
-"""Methods that hand their work to a later place (`Rig.render`, `Frame.over`, `Frame.show`), by file of the package.
+"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`.
 
 Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
 """

@@ -6,6 +6,7 @@ pub(crate) mod edit;
 pub(crate) mod from_description;
 mod light;
 pub(crate) mod many;
+pub(crate) mod polygons;
 pub(crate) mod rigs;
 pub(crate) mod state;
 
@@ -173,7 +174,7 @@ impl World {
     /// `[render]` by the names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
-        crate::render::settings::render_section_dict(py, &self.snapshot().render)
+        crate::render::settings::options_dict(py, &self.snapshot().render)
     }
 
     /// (fps, seconds, frames) of `[video]`.

@@ -223,7 +223,7 @@ impl ObjBuilder {
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
         if let Some(line) = self.odd_color_line {
-            obj.notices.push(format!("{shown}:{line}: a vertex colour outside 0..=1; {}", {
+            obj.notices.push(format!("{shown}:{line}: a vertex colour outside 0 to 1; {}", {
                 settle_colors(&mut obj.colors, self.color_bounds)
             }));
         }
@@ -251,7 +251,7 @@ fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> &'static str {
         for value in colors.as_flattened_mut() {
             *value = linear_from_srgb(in_file(*value) / 255.0);
         }
-        return "all vertex colours of the file are taken as 0..=255";
+        return "all vertex colours of the file are taken as 0 to 255";
     }
     colors.clear();
     "all vertex colours of the file are ignored"

@@ -27,7 +27,7 @@ fn scene() -> (World, Camera) {
 /// Adds a floor with an image of fine squares.
 fn add_squares(world: &mut World) {
     let texels = (0..64 * 64).map(|i| if (i % 64 + i / 64) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect();
-    let image = Image { name: "squares".into(), size: [64, 64], texels: Texels::Srgb8(texels) };
+    let image = Image::new("squares", [64, 64], Texels::Srgb8(texels));
     let texture = world.add_texture(Texture { image: Arc::new(image), sampler: TextureSampler::default() });
     let mut stuff = material([1.0; 3], 1.0, 0.0, 1.0);
     stuff.texture = Some(TextureSlot::plain(texture));
@@ -79,12 +79,12 @@ fn reported_error_is_the_standard_error_of_the_mean() {
 #[test]
 fn adaptive_pixels_stop_below_the_threshold() {
     let (world, camera) = scene();
-    let noisy = Settings { noise: Some(0.01), ..settings(2048) };
+    let noisy = Settings { noise_threshold: Some(0.01), ..settings(2048) };
     let whole = render(&world, &camera, &noisy);
     let good = f32s(&whole, Channel::Error).iter().filter(|&&error| error <= 0.01).count();
     assert!(good as f64 > 0.95 * (24.0 * 16.0), "{good}");
     let notice = &whole.notices[0];
-    assert!(notice.contains("samples per pixel in the mean"), "{notice}");
+    assert!(notice.contains("samples per pixel on average"), "{notice}");
     for threads in [1, 3] {
         let frame = render(&world, &camera, &Settings { threads: Some(threads), ..noisy.clone() });
         assert_eq!(bits(&frame), bits(&whole));
@@ -111,7 +111,7 @@ fn timed_images_can_be_reproduced() {
         render(&world, &camera, &settings(2));
         let each = start.elapsed().as_secs_f64() / 2.0;
         for share in [0.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 9.0, 20.0, 60.0] {
-            let timed = Settings { time: Some((each * share).max(1e-9)), ..settings(1 << 14) };
+            let timed = Settings { time_limit: Some((each * share).max(1e-9)), ..settings(1 << 14) };
             let frame = render(&world, &camera, &timed);
             let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();
             assert!(share > 0.0 || samples == 1, "{samples}");

@@ -39,8 +39,7 @@ pub enum Light {
         angular_diameter: f64,
     },
     /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
-    // World bundles keep the name of 0.1, the lecture's; people may write it as well.
-    #[serde(rename(serialize = "bulb", deserialize = "point"), alias = "bulb")]
+    #[serde(alias = "bulb")]
     Point {
         /// The centre, in the world.
         position: [f64; 3],
@@ -216,7 +215,7 @@ impl Light {
             return None;
         }
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
-        *image = Arc::new(Image { texels: Texels::Float(texels), ..Image::clone(image) });
+        *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
         Some(format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0"))
     }
 

@@ -38,7 +38,6 @@ pub struct Material {
     #[serde(default)]
     pub priority: i32,
     /// How the base colour is reflected.
-    #[serde(rename = "reflectance")]
     pub model: MaterialModel,
 }
 
@@ -62,7 +61,6 @@ pub enum Alpha {
 pub enum MaterialModel {
     /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
-    #[serde(rename = "Lecture")]
     Phong {
         /// 0..=1.
         diffuse: f32,
@@ -209,5 +207,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::World(format!("{name} {values:?}: expected 0..=1")))
+    Err(SceneError::World(format!("{name} {values:?}: expected 0 to 1")))
 }

@@ -42,11 +42,14 @@ class Opened:
 
     def home(self, world: World) -> tuple[Camera, str]:
         """The first camera of the view and its name; a camera without a name frames `world` as it is now."""
-        camera = self.edits.world.default_camera() if self.camera is None else self.camera
-        for name, each in self.edits.world.cameras.items():
+        base = self.edits.world
+        camera = base.default_camera() if self.camera is None else self.camera
+        for name, each in base.cameras.items():
             if each == camera:
                 return each, name
-        return (world.default_camera() if self.camera is None else camera), ""
+        has_own = bool(base.cameras) or base.bounds is None
+        is_framed = not has_own and camera == base.default_camera(camera.size)
+        return (world.default_camera(camera.size) if is_framed else camera), ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +246,7 @@ class View:
         if camera.is_parallel:
             factor = fx / self.still_camera.K[0, 0]
             if abs(factor - 1) > 1e-12:
-                K = camera.K
+                K = camera.K.copy()
                 K[0, :2] *= factor
                 K[1, 1] *= factor
                 camera = camera.replace(K=K)
@@ -253,7 +256,7 @@ class View:
 
     def with_lens(self, fx: float, fy: float, cx: float, cy: float, distortion: list[float]) -> View:
         """The view with other intrinsics, in pixels of the camera's own size. Raises `CameraError`."""
-        K = self.camera.K
+        K = self.camera.K.copy()
         K[0, 0], K[1, 1], K[0, 2], K[1, 2] = fx, fy, cx, cy
         return self.with_camera(self.camera.replace(K=K, distortion=distortion or None))
 

@@ -93,7 +93,7 @@ impl PrimitiveReader<'_> {
             mode => {
                 return Err(self
                     .document
-                    .fault(format!("{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)", self.place)));
+                    .fault(format!("{}.mode: {mode}, expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
         self.diagnostics.note(self.place, format!("{what} are not shown: only triangles have a surface"));
@@ -206,7 +206,7 @@ impl PrimitiveReader<'_> {
             mesh.vertex_colors = Some(colors.collect());
         }
         if clamped {
-            let message = "colours outside 0..=1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
+            let message = "colours outside 0 to 1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
             let place = format!("{place}.attributes.COLOR_0");
             self.diagnostics.note(place, message);
         }
