@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ._options import Command
+from .options.command import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:
