@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,9 +53,9 @@ def check_center(center: Callable[[Floats], Any]) -> Verdict:
     """Checks `center(P)`, the camera's centre, [3]."""
     for camera in _cameras():
         P, expected = camera.P, np.asarray(camera.C)
-        given, problem = _numbers(lambda P=P: center(P), (3,))
+        given, problem = _numbers(partial(center, P), (3,))
         if given is None:
-            if np.shape(_quiet(lambda P=P: center(P))) == (4,):
+            if np.shape(_quiet(partial(center, P))) == (4,):
                 return Verdict(False, "The result has 4 numbers: divide the first three by the fourth.")
             return Verdict(False, problem)
         if _close(given, expected):
@@ -82,7 +83,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
     for camera in _cameras():
         for u, v in ((0, 0), (24, 18), (40.25, 7.5)):
             P = camera.P
-            given, problem = _numbers(lambda P=P, u=u, v=v: ray(P, u, v), (3,))
+            given, problem = _numbers(partial(ray, P, u, v), (3,))
             if given is None:
                 return Verdict(False, problem)
             expected = _direction(P, u, v)
@@ -120,7 +121,7 @@ def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
-        given, problem = _numbers(lambda t=triangle, C=C, r=r: plane_distance(t, C, r), ())
+        given, problem = _numbers(partial(plane_distance, triangle, C, r), ())
         if given is None:
             return Verdict(False, problem)
         expected = _plane_distance(triangle, C, r)
