@@ -142,9 +142,8 @@ def render_many(
     that do not match, and the errors of `render`.
     """
     world = world_of(world)
-    listed = isinstance(cameras, Sequence) and not isinstance(cameras, str)
-    given_cameras = cameras if listed else [cameras]
-    seen = [camera_of(world, mounted_camera(world, one)) for one in given_cameras]  # type: ignore[union-attr]
+    several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]
+    seen = [camera_of(world, mounted_camera(world, camera)) for camera in several]
     if not seen:
         raise SettingsError("cameras is empty: expected one, or one for each picture")
     if any(camera.size != seen[0].size for camera in seen):

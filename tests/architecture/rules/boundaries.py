@@ -30,7 +30,6 @@ THIRD_PARTY_PYTHON = {
     "collada",
     "mujoco",
     "pxr",
-    "xacro",
     "cairosvg",
     "pyoidn",
     "cv2",
