@@ -9,7 +9,7 @@ use std::path::Path;
 use raycam_scene::{TextureCache, World};
 
 use crate::budget::Budget;
-use crate::error::{FormatError, Location, Result};
+use crate::error::{FormatError, Result};
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -26,7 +26,7 @@ pub fn write(world: &World) -> Result<Vec<u8>> {
     // By name, since some fields are left out where they say nothing.
     let mut writer = rmp_serde::Serializer::new(&mut bytes).with_struct_map();
     serde::Serialize::serialize(&world, &mut writer)
-        .map_err(|error| FormatError::Encode(format!("this world cannot be written: {error}")))?;
+        .map_err(|error| FormatError::encode(format!("this world cannot be written: {error}")))?;
     Ok(bytes)
 }
 
@@ -35,20 +35,16 @@ pub fn write(world: &World) -> Result<Vec<u8>> {
 /// # Errors
 /// [`FormatError`]: more bytes than the budget allows, no world of this version, or one that cannot be.
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
-    let wrong = |message: String| FormatError::Syntax { path: path.into(), location: Location::Whole, message };
+    let wrong = |message: String| FormatError::whole(path, message);
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
         return Err(wrong("these are not the bytes of a world".into()));
     };
     let version = rest.split(|&byte| byte == b'\n').next().unwrap_or(rest);
     if version != VERSION.as_bytes() {
-        return Err(FormatError::Unsupported {
-            path: path.into(),
-            message: format!(
-                "a world of raycam {}; this is {VERSION}, and reads only its own",
-                String::from_utf8_lossy(&version[..version.len().min(20)])
-            ),
-        });
+        let version = String::from_utf8_lossy(&version[..version.len().min(20)]);
+        let message = format!("a world of raycam {version}; this is {VERSION}, and reads only its own");
+        return Err(FormatError::unsupported(path, message));
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use glam::DAffine3;
-use raycam_scene::{MeshFile, Object, World};
+use raycam_scene::{MeshFile, Notice, NoticeCode, Object, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -168,8 +168,8 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
             found.triangles += dropped.triangles;
         }
     }
-    if let Some(notice) = found.notice() {
-        model.notices.push(format!("{}: {notice}", path.display()));
+    if let Some(message) = found.message() {
+        model.notices.push(Notice::new(NoticeCode::DroppedGeometry, format!("{}: {message}", path.display())));
         model.parts.retain(|part| !part.mesh.triangles.is_empty());
         if model.parts.is_empty() {
             return Err(FormatError::whole(path, "all faces have vertices that are not finite: nothing to see"));
@@ -185,7 +185,9 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
-        format!("{}: as an object it has no lights and cameras: {lights} and {cameras} are left out", path.display())
+        let message = "as an object it has no lights and cameras";
+        let message = format!("{}: {message}: {lights} and {cameras} are left out", path.display());
+        Notice::new(NoticeCode::IgnoredElement, message)
     });
     for object in &world.objects {
         let mesh = &world.meshes[object.mesh];

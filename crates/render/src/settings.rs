@@ -111,7 +111,7 @@ pub const MAX_SAMPLES: u32 = 1 << 24;
 impl Settings {
     /// Validates the settings; returns the region to render of an image of this size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
-        let fail = |message: String| Err(RenderError::Settings(message));
+        let fail = |message: String| Err(RenderError::settings(message));
         if !(1..=MAX_SAMPLES).contains(&self.samples) {
             return fail(format!("samples is {}; expected 1 to {MAX_SAMPLES}", self.samples));
         }

@@ -243,7 +243,7 @@ fn available_threads() -> usize {
 fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(RenderError::Settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
+        return Err(RenderError::settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
     }
     Ok(threads)
 }

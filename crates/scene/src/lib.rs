@@ -5,6 +5,8 @@
 //! [`TextureCache`].
 //!
 //! ```text
+//! codes               macro for tables of codes
+//! notice error_code   codes of notices and errors, with cause and remedy
 //! error up            errors; the axis that points up
 //! written             values that may be written in more than one way
 //! math color          rotations, Hermite curves; colour spaces, view transforms
@@ -25,13 +27,16 @@
 
 pub mod animation;
 pub mod camera;
+mod codes;
 pub mod color;
 mod error;
+mod error_code;
 pub mod light;
 pub mod material;
 pub mod math;
 pub mod mesh;
 pub mod model;
+mod notice;
 pub mod render_options;
 pub mod schema;
 pub mod texture;
@@ -48,10 +53,12 @@ pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{Result, SceneError, suggestion};
+pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
+pub use notice::{Notice, NoticeCode};
 pub use texture::{Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap};
 pub use up::Up;
 pub use video::Video;

@@ -3,6 +3,7 @@
 
 use raycam_render::{Channel, Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
+use raycam_scene::{Notice, NoticeCode};
 use serde::Deserialize;
 
 use crate::failure::failure;
@@ -31,11 +32,12 @@ const DEFAULT_SAMPLES: u32 = 16;
 const MOST_SAMPLES: u32 = 1 << 14;
 
 /// The settings of a request for a world with these options, and notices.
-pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<String>), String> {
+pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<Notice>), String> {
     let asked: Request = serde_json::from_str(request).map_err(|error| failure(format!("render: {error}")))?;
     let mut notices = vec![];
     if let Some(seconds) = world.time_limit {
-        notices.push(format!("time_limit = {seconds} of the world is left out: a page counts samples"));
+        let message = format!("time_limit = {seconds} of the world is ignored: web pages render by number of samples");
+        notices.push(Notice::new(NoticeCode::UnusedOption, message));
     }
     let noise = asked.noise_threshold.or(world.noise_threshold);
     let default_samples = if noise.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES };

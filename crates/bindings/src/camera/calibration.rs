@@ -105,7 +105,7 @@ pub(crate) fn read_cameras(
     intrinsics: Option<&Camera>,
     lens: Option<&str>,
     convention: Option<(bool, bool)>,
-) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
+) -> PyResult<(Vec<PyCameraRecord>, Notices)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics.map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
@@ -114,7 +114,7 @@ pub(crate) fn read_cameras(
     };
     let found = detached(py, || calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
     let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });
-    Ok((records.collect(), found.notices))
+    Ok((records.collect(), found.notices.into()))
 }
 
 /// Names, relative to `path`, and bytes of the files that hold the records, and notices.
@@ -124,10 +124,10 @@ pub(crate) fn write_cameras(
     records: Vec<PyRef<'_, PyCameraRecord>>,
     path: PathBuf,
     format: &str,
-) -> PyResult<(Vec<(String, Vec<u8>)>, Vec<String>)> {
+) -> PyResult<(Vec<(String, Vec<u8>)>, Notices)> {
     let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
     let written = catch_panic(|| calibration::write(&records, &path, format))?.or_raise()?;
-    Ok((written.files, written.notices))
+    Ok((written.files, written.notices.into()))
 }
 
 /// The names of the formats that are read, and of those that are written.

@@ -121,7 +121,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
 fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
-        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

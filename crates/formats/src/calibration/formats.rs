@@ -141,7 +141,7 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
-        FormatError::Encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
+        FormatError::encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
     })
 }
 
@@ -294,7 +294,8 @@ fn decode_in(
     let calibration = (format.read)(&source, assets, known);
     calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
         FormatError::Syntax { path, location, message } if !named => {
-            FormatError::Syntax { path, location, message: format!("{message} (read as {})", format.name) }
+            let text = format!("{message} (read as {})", format.name);
+            FormatError::Syntax { path, location, message: message.with_text(text) }
         }
         error => error,
     })
@@ -395,11 +396,11 @@ fn finish(
 pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
     let format = format_named(format)?;
     if records.is_empty() {
-        return Err(FormatError::Encode("no camera to write".into()));
+        return Err(FormatError::encode("no camera to write"));
     }
     let Some(write) = format.write else {
         let known = written_formats().collect::<Vec<_>>().join(", ");
-        return Err(FormatError::Encode(format!("{} is read and not written; written are {known}", format.name)));
+        return Err(FormatError::encode(format!("{} is read and not written; written are {known}", format.name)));
     };
     let mut written = write(records, path)?;
     for record in records.iter().filter(|record| !record.unsupported.is_empty()) {

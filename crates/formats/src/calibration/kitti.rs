@@ -104,7 +104,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
 
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     if records.len() > 10 {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
             records.len()
         )));

@@ -38,7 +38,7 @@ pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: 
     let first = mounts[0];
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",
             first.rig, first.frame, other.rig, other.frame
         )));

@@ -214,7 +214,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
 
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let [record] = records else {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "ROS CameraInfo holds one camera, {} given: write each into a file of its own",
             records.len()
         )));

@@ -17,7 +17,7 @@ pub(crate) mod udim;
 mod webp;
 use std::path::Path;
 
-use raycam_scene::Image;
+use raycam_scene::{Image, Notice};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -75,7 +75,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<String>)> {
+pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<Notice>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     let mut notices = Vec::new();
     let mut budget = *budget;
@@ -100,7 +100,7 @@ pub fn decode_image(
     path: &Path,
     color_use: ColorUse,
     budget: &mut Budget,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Image> {
     stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {

@@ -7,7 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{self, Component, Path, PathBuf};
 use std::sync::Arc;
 
-use raycam_scene::{Image, TextureCache, World};
+use raycam_scene::{Image, Notice, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -30,7 +30,7 @@ pub struct AssetRoot {
     /// How many files were searched.
     searches: usize,
     pub(crate) budget: Budget,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
     /// True if the program itself names the files: then they may lie anywhere.
     trusted: bool,
     /// The files, where they are in memory: then nothing is read from a disk.
@@ -86,7 +86,7 @@ impl AssetRoot {
     }
 
     /// Removes and returns the notices of images; a [`MeshFile`](raycam_scene::MeshFile) has its own notices.
-    pub(crate) fn drain_notices(&mut self) -> Vec<String> {
+    pub(crate) fn drain_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }
 
@@ -378,7 +378,7 @@ impl AssetRoot {
     }
 
     /// The rest of the budget, and the notices of images.
-    pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<String>) {
+    pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<Notice>) {
         (&mut self.budget, &mut self.notices)
     }
 }

@@ -39,6 +39,7 @@ pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
 
 use glam::Vec3;
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -171,7 +172,7 @@ impl Integrator {
     }
 
     /// Remarks on a picture of a world.
-    pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
+    pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<Notice> {
         let mut notices = Vec::new();
         if !self.needs_light() {
             return notices;
@@ -182,16 +183,14 @@ impl Integrator {
                 true => " but surfaces that shine, which a glTF file has to be seen",
                 false => "",
             };
-            notices.push(format!(
+            notices.push(Notice::new(NoticeCode::DefaultLights, format!(
                 "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
-            ));
+            )));
         }
         if self == Self::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
-            notices.push(
-                "the light of lamps and suns without a size does not come through solid glass: what they light behind it \
-                 is too dark; a radius of the lamp or an angular_diameter of the sun (Earth's has 0.53) lets it through"
-                    .into(),
-            );
+            let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are too dark: \
+                           set the radius of the lamp or the angular_diameter of the sun (Earth's: 0.53)";
+            notices.push(Notice::new(NoticeCode::GlassBlocksLight, message));
         }
         notices
     }

@@ -148,7 +148,7 @@ impl<'a> ShutterSlices<'a> {
                 if taken.fetch_add(deforming, Ordering::Relaxed) + deforming <= ROW_WORLDS_MAX_BYTES {
                     return Ok(then);
                 }
-                Err(RenderError::World(format!(
+                Err(RenderError::world(format!(
                     "the second camera reads {count} lines one after another while the world moves: its {} objects, and \
                      the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
                      follow to a camera of fewer lines or without a readout, or to a world that stands",
@@ -178,7 +178,7 @@ impl<'a> ShutterSlices<'a> {
     fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
         let clock = WorldTime { time: self.clock.time + since_middle, ..self.clock };
         let world = self.world.at_time(clock);
-        world.map_err(|error| RenderError::World(error.to_string()))
+        world.map_err(|error| RenderError::world(error))
     }
 
     fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {

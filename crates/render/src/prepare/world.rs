@@ -126,6 +126,11 @@ impl PreparedWorld {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }
 
+    /// True if the world has no lights, so that the default sky and sun light it.
+    pub fn lit_by_default_lights(&self) -> bool {
+        self.lighting().default_lights.is_some()
+    }
+
     /// True if the lights were made, by a picture of this world or of another with the same.
     pub fn has_lighting(&self) -> bool {
         self.lighting.is_made()

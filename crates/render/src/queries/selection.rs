@@ -47,7 +47,7 @@ impl Selection<'_> {
     }
 
     pub(super) fn check(&self, objects: usize, rays: usize) -> Result<(), RenderError> {
-        let fail = |message: String| Err(RenderError::Settings(message));
+        let fail = |message: String| Err(RenderError::settings(message));
         if let Some(mask) = self.objects.filter(|mask| mask.len() != objects) {
             return fail(format!("a choice among {} objects of a world with {objects}", mask.len()));
         }

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::film::estimator::PixelEstimator;
 use crate::settings::Settings;
 
@@ -31,30 +33,33 @@ impl RenderStats {
     }
 
     /// Appends remarks about the samples of an image of this many pixels.
-    pub fn notices(&self, settings: &Settings, pixels: u64, notices: &mut Vec<String>) {
+    pub fn notices(&self, settings: &Settings, pixels: u64, notices: &mut Vec<Notice>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let Some(noise) = settings.noise {
             let mean = of(&self.samples) / pixels;
-            let mut notice = format!("{mean} samples per pixel in the mean for noise_threshold = {noise}");
-            if of(&self.noisy_pixels) > 0 {
-                notice += &format!(
-                    "; {} pixels have not reached it with samples = {}",
-                    of(&self.noisy_pixels),
-                    settings.samples
-                );
+            let message = format!("{mean} samples per pixel on average for noise_threshold = {noise}");
+            notices.push(Notice::new(NoticeCode::SamplesUsed, message));
+            let noisy = of(&self.noisy_pixels);
+            if noisy > 0 {
+                let limit = settings.samples;
+                let message =
+                    format!("{noisy} pixels have not reached noise_threshold = {noise} with samples = {limit}");
+                notices.push(Notice::new(NoticeCode::NoiseLeft, message));
             }
-            notices.push(notice);
         }
         if of(&self.rejected) > 0 {
-            notices.push(format!("{} samples were too bright for float32 and count as black", of(&self.rejected)));
+            notices.push(Notice::new(
+                NoticeCode::TooBrightSamples,
+                format!("{} samples were too bright for float32 and count as black", of(&self.rejected)),
+            ));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0
         {
-            notices.push(format!(
+            notices.push(Notice::new(NoticeCode::ClampedSamples, format!(
                 "{} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world",
                 of(&self.clamped)
-            ));
+            )));
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::mesh::Mesh;
 use crate::mesh::primitive;
 use crate::mesh::subdivide;
 use crate::model::AssetLoader;
+use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
@@ -42,7 +43,7 @@ pub(super) struct Additions {
     /// Their textures are indices into the world's, as if `textures` were added already.
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
-    pub(super) notices: Vec<String>,
+    pub(super) notices: Vec<Notice>,
 }
 
 impl ObjectSpec {
@@ -71,16 +72,17 @@ impl ObjectSpec {
                         material.texture_slots_mut().for_each(|slot| slot.texture += next_texture);
                     }
                     (textures, notices) = (model.textures, model.notices);
-                    let mesh = match (model.up, up) {
-                        (Some(from), Some(to)) if from != to => {
-                            let (from_name, to_name) = (from.name(), to.name());
-                            notices.push(format!(
+                    let mesh =
+                        match (model.up, up) {
+                            (Some(from), Some(to)) if from != to => {
+                                let (from_name, to_name) = (from.name(), to.name());
+                                notices.push(Notice::new(NoticeCode::ConvertedUpAxis, format!(
                                 "{file}: its up axis, {from_name}, is turned to {to_name}: upright = false keeps it"
-                            ));
-                            mesh.transformed(DAffine3::from_mat3(to.rotation_from(from)))
-                        }
-                        _ => mesh,
-                    };
+                            )));
+                                mesh.transformed(DAffine3::from_mat3(to.rotation_from(from)))
+                            }
+                            _ => mesh,
+                        };
                     LoadedMesh { mesh: Arc::new(mesh), index: None, materials }
                 }
             }),
@@ -107,11 +109,14 @@ impl ObjectSpec {
         self.apply_material_all(&mut additions.materials, &puts, keys)?;
         let colored = [additions.mesh.face_colors.is_some(), additions.mesh.vertex_colors.is_some()];
         if let Some(file) = self.mesh.as_ref().filter(|_| self.color.is_some() && colored.contains(&true)) {
-            additions.notices.push(format!(
+            additions.notices.push(Notice::new(NoticeCode::MultipliedColors, format!(
                 "{file}: its vertices or faces have colours, which color = multiplies: color = \"white\" shows them alone"
-            ));
+            )));
         } else if colored == [true; 2] {
-            additions.notices.push("face_colors and vertex_colors are both given: their product is shown".into());
+            additions.notices.push(Notice::new(
+                NoticeCode::MultipliedColors,
+                "face_colors and vertex_colors are both given: their product is shown",
+            ));
         }
         Ok((additions, read))
     }

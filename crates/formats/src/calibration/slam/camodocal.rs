@@ -103,7 +103,7 @@ type Parameters<'a> = (&'a str, &'a [&'a str], &'a [f64]);
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "camodocal's YAML";
     let [record] = records else {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "{format} holds one camera, {} given: write each into a file of its own",
             records.len()
         )));

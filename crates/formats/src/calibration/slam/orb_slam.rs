@@ -269,13 +269,13 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "ORB-SLAM's settings";
     if records.len() > 2 {
-        return Err(FormatError::Encode(format!("{format} hold one camera or a pair, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} hold one camera or a pair, {} given", records.len())));
     }
     let mut notices = Vec::new();
     let poses = poses_on_one_rig(records, format, &mut notices)?;
     let fisheye = |record: &CameraRecord| matches!(record.lens, Lens::Fisheye(_));
     if records.iter().any(fisheye) && !records.iter().all(fisheye) {
-        return Err(FormatError::Encode(format!("{format} have one Camera.type for both cameras")));
+        return Err(FormatError::encode(format!("{format} have one Camera.type for both cameras")));
     }
     let kind = if fisheye(&records[0]) { "KannalaBrandt8" } else { "PinHole" };
     let mut text = format!("%YAML:1.0\n\nFile.version: \"1.0\"\n\nCamera.type: \"{kind}\"\n\n");
@@ -299,7 +299,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     let size = records[0].require_size(format)?;
     if records.iter().any(|record| record.size != Some(size)) {
-        return Err(FormatError::Encode(format!("{format} have one size for both cameras")));
+        return Err(FormatError::encode(format!("{format} have one size for both cameras")));
     }
     let _ = writeln!(text, "Camera.width: {}\nCamera.height: {}", size[0], size[1]);
     if let [first, second] = &poses[..] {

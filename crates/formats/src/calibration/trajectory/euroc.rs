@@ -73,7 +73,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
                 seconds as u64 * 1_000_000_000 + ((time - seconds) * 1e9).round() as u64
             }
             _ => {
-                return Err(FormatError::Encode(format!(
+                return Err(FormatError::encode(format!(
                     "camera {:?} has no time, which EuRoC's csv needs: give it one, in seconds from 0",
                     record.name
                 )));

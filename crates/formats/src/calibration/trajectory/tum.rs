@@ -78,7 +78,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
 pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
-        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;
@@ -94,7 +94,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         let time = match record.time {
             Some(time) => time,
             None => record.name.parse().ok().filter(|time: &f64| time.is_finite()).ok_or_else(|| {
-                FormatError::Encode(format!(
+                FormatError::encode(format!(
                     "camera {:?} has no time, which a TUM trajectory needs: give it one, or a name that is a number of \
                      seconds",
                     record.name

@@ -78,7 +78,7 @@ impl LensModel {
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            SceneError::Camera(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
+            SceneError::camera(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
         })
     }
 
@@ -90,7 +90,7 @@ impl LensModel {
 
 /// The error of a wrong number of coefficients.
 pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
-    SceneError::Camera(format!(
+    SceneError::camera(format!(
         "distortion {given:?} has {} coefficients: the {} model has {expected}",
         given.len(),
         model.name()

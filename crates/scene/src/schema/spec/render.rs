@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
 use crate::error::{Result, SceneError};
+use crate::notice::{Notice, NoticeCode};
 use crate::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
@@ -53,7 +54,7 @@ impl RenderSpec {
     ///
     /// # Errors
     /// The errors of [`RenderOptions::validate`], and an option under both its names.
-    pub fn build(self) -> Result<(RenderOptions, Vec<String>)> {
+    pub fn build(self) -> Result<(RenderOptions, Vec<Notice>)> {
         let mut notices = Vec::new();
         let noise = [self.noise_threshold, self.old_noise];
         let time = [self.time_limit, self.old_time];
@@ -81,7 +82,7 @@ fn renamed<T>(
     name: &str,
     old_name: &str,
     [value, old_value]: [Option<T>; 2],
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Option<T>> {
     if old_value.is_none() {
         return Ok(value);
@@ -90,6 +91,9 @@ fn renamed<T>(
         let message = format!("{name:?} is given too, its name today: give one of them");
         return Err(SceneError::schema(old_name, message));
     }
-    notices.push(format!("render.{old_name} is called {name} now; the old name is understood until 0.2"));
+    notices.push(Notice::new(
+        NoticeCode::Renamed,
+        format!("render.{old_name} is called {name} now; the old name is understood until 0.2"),
+    ));
     Ok(old_value)
 }
