@@ -24,11 +24,11 @@ print(len(names))
 FORMER = {
     "raycam.cluster": ["pool_of"],
     "raycam.dask_worker": ["dask_setup"],
-    "raycam.dataset": ["FORMATS", "Written", "views", "write"],
+    "raycam.dataset": ["FORMATS", "DatasetResult", "views", "write"],
     "raycam.explain_pixel": ["Candidate", "Explanation", "explain"],
     "raycam.jobs": ["Job"],
     "raycam.sample_view": ["see"],
-    "raycam.video": ["Film", "write_video"],
+    "raycam.video": ["VideoPlan", "write_video"],
     "raycam.video_job": ["job_folder", "make_video"],
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_formats::calibration::{self, CameraRecord, Pose, Rotation};
+use raycam_calibration::{CameraRecord, Pose, Rotation};
 use raycam_formats::{Budget, bundle, world_file};
 use raycam_scene::PixelCenter;
 use targets::{BETWEEN, container};
@@ -118,7 +118,7 @@ fn documents() -> Vec<String> {
 
 /// The first byte of an input of `named_cameras`.
 fn pick(format: &str) -> u8 {
-    let place = calibration::formats().position(|name| name == format);
+    let place = raycam_calibration::formats().position(|name| name == format);
     place.expect("a format") as u8
 }
 
@@ -169,8 +169,8 @@ fn main() {
         );
         add("glb", &name, &container(document.as_bytes(), &binary));
     }
-    for format in calibration::written_formats() {
-        let written = calibration::write(&[record()], Path::new("out"), format)
+    for format in raycam_calibration::written_formats() {
+        let written = raycam_calibration::write(&[record()], Path::new("out"), format)
             .expect("what every format holds");
         let target = match format {
             "blender" => "nerf".into(),

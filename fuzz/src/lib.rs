@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use raycam_formats::calibration::{self, CameraRecord, ReadHints};
+use raycam_calibration::{CameraRecord, ReadHints};
 use raycam_formats::codec::{draco, meshopt};
 use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
 use raycam_scene::{AssetLoader, PixelCenter, World};
@@ -213,14 +213,14 @@ pub fn cameras(format: &str, bytes: &[u8]) {
         _ => PathBuf::from("/nonexistent/calibration"),
     };
     let read = match format {
-        "colmap" | "colmap-binary" => calibration::read(&path, Some(format), &known, &budget()),
-        _ => calibration::decode(bytes.to_vec(), &path, Some(format), &known, &budget()),
+        "colmap" | "colmap-binary" => raycam_calibration::read(&path, Some(format), &known, &budget()),
+        _ => raycam_calibration::decode(bytes.to_vec(), &path, Some(format), &known, &budget()),
     };
     if let Ok(calibration) = read {
         for record in &calibration.records {
             let _ = record.camera();
         }
-        let _ = calibration::write(&calibration.records, Path::new("out"), format);
+        let _ = raycam_calibration::write(&calibration.records, Path::new("out"), format);
     }
 }
 
@@ -231,12 +231,12 @@ pub fn any_cameras(bytes: &[u8]) {
         ..ReadHints::default()
     };
     let path = Path::new("/nonexistent/calibration");
-    if let Ok(calibration) = calibration::decode(bytes.to_vec(), path, None, &known, &budget()) {
+    if let Ok(calibration) = raycam_calibration::decode(bytes.to_vec(), path, None, &known, &budget()) {
         for record in &calibration.records {
             let _ = record.camera();
         }
-        for format in calibration::written_formats() {
-            let _ = calibration::write(&calibration.records, Path::new("out"), format);
+        for format in raycam_calibration::written_formats() {
+            let _ = raycam_calibration::write(&calibration.records, Path::new("out"), format);
         }
     }
 }
@@ -247,7 +247,7 @@ pub fn named_cameras(bytes: &[u8]) {
     let Some((pick, bytes)) = bytes.split_first() else {
         return;
     };
-    let names: Vec<&str> = calibration::formats().collect();
+    let names: Vec<&str> = raycam_calibration::formats().collect();
     let format = names[usize::from(*pick) % names.len()];
     let known = ReadHints {
         size: Some([64, 48]),
@@ -255,7 +255,7 @@ pub fn named_cameras(bytes: &[u8]) {
     };
     let path = Path::new("/nonexistent/calibration");
     if let Ok(calibration) =
-        calibration::decode(bytes.to_vec(), path, Some(format), &known, &budget())
+        raycam_calibration::decode(bytes.to_vec(), path, Some(format), &known, &budget())
     {
         for record in &calibration.records {
             let _ = record.camera();

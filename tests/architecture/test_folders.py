@@ -62,4 +62,6 @@ def test_a_full_folder_is_noticed(tmp_path: Path) -> None:
     folder.mkdir(parents=True)
     for number in range(size.FILES_OF_FOLDER + 1):
         (folder / f"m{number}.py").write_text("")
-    assert size.full_folders(tmp_path) == ["python/raycam has 17 files, above 16"]
+    assert size.full_folders(tmp_path) == [
+        f"python/raycam has {size.FILES_OF_FOLDER + 1} files, above {size.FILES_OF_FOLDER}"
+    ]

@@ -13,6 +13,7 @@ import pytest
 import raycam
 import trimesh
 from raycam import bench
+from raycam.bench.measure import count_mismatches
 from raycam.bench.scenes import SCENES, generate
 from raycam.cli import main
 
@@ -70,13 +71,13 @@ def test_tiles_hold_every_pixel_once() -> None:
 
 def test_differences_are_counted() -> None:
     t = np.array([1.0, 2.0, np.inf, np.inf, 5.0])
-    assert bench._count_mismatches(t, t) == 0
-    assert bench._count_mismatches(t, np.array([1.00001, 2.1, np.inf, 1.0, np.inf])) == 3
-    assert bench._count_mismatches(np.array([True, False]), np.array([True, True])) == 1
+    assert count_mismatches(t, t) == 0
+    assert count_mismatches(t, np.array([1.00001, 2.1, np.inf, 1.0, np.inf])) == 3
+    assert count_mismatches(np.array([True, False]), np.array([True, True])) == 1
 
 
 def test_without_embree_there_is_none_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "_embree_version", lambda: None)
+    monkeypatch.setattr("raycam.bench.measure._embree_version", lambda: None)
     report = bench.bench(["rock"], **SMALL)
     assert all(row.embree is None and row.differ is None for row in report.rows)
     assert report.embree is None

@@ -53,7 +53,7 @@ def test_opencv_recovers_the_camera_from_pictures(given: raycam.Camera, board: s
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
 def test_exact_projections_give_the_camera_back(count: int) -> None:
-    from raycam.calibration_check import _calibrate
+    from raycam.calibration_check.check import _calibrate
 
     lens = [-0.2, 0.06, 1e-3, -5e-4, 0.02, 0.1, 0.02, 0.01, 1e-3, -2e-3, 5e-4, 1e-3, 0.01, -0.02][:count]
     given = camera(distortion=lens or None)
@@ -72,13 +72,13 @@ def test_exact_projections_give_the_camera_back(count: int) -> None:
 def test_a_picture_that_is_half_a_pixel_off_is_not_blamed_on_the_detector(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    honest = sys.modules["raycam.calibration_check"].render
+    honest = sys.modules["raycam.calibration_check.check"].render
 
     def shifted(world: raycam.World, place: raycam.Camera, **options: Any) -> Any:
         k = place.K + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
         return honest(world, raycam.Camera(k, place.R, place.C, place.size), **options)
 
-    monkeypatch.setattr(sys.modules["raycam.calibration_check"], "render", shifted)
+    monkeypatch.setattr(sys.modules["raycam.calibration_check.check"], "render", shifted)
     found = raycam.selfcheck(camera(), views=4, samples=4)
     assert found.picture_largest == pytest.approx(0.5, abs=1e-6)
     assert found.detected.center_error > 0.3

@@ -84,7 +84,7 @@ def test_candidates_are_by_distance_and_hold_hits_and_a_miss():
 def test_blocks_of_triangles_change_nothing(monkeypatch):
     world = box_world()
     whole = str(explain(world, box_camera(), (40, 30)))
-    monkeypatch.setattr(reference, "PAIRS_AT_ONCE", 3)
+    monkeypatch.setattr("raycam.reference.procedure.PAIRS_AT_ONCE", 3)
     assert str(explain(world, box_camera(), (40, 30))) == whole
 
 

@@ -15,14 +15,14 @@ from support.job_frames import Pool, package, results
 @pytest.mark.parametrize("name", ["../a", "/a", "", ".raycam/x", "a/../../b"])
 def test_results_lie_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     job = Job(tmp_path / "a", package())
-    monkeypatch.setattr("raycam.video.picture_name", lambda _: name)
+    monkeypatch.setattr("raycam.video.video.picture_name", lambda _: name)
     with pytest.raises(JobError, match="no name for a file"):
         job.run(Pool(), frames=[0])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a"]
 
 
 def test_a_frame_may_make_files_in_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("raycam.video.picture_name", lambda number: f"left/{number}/a.png")
+    monkeypatch.setattr("raycam.video.video.picture_name", lambda number: f"left/{number}/a.png")
     job = Job(tmp_path / "a", package())
     job.run(Pool(), frames=[0, 3])
     assert list(results(tmp_path / "a")) == ["left/0/a.png", "left/3/a.png"]

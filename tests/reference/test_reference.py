@@ -267,7 +267,7 @@ def test_blocks_do_not_change_the_picture(monkeypatch):
     assert (whole["triangle"] >= 0).mean() > 0.2
     assert (whole["triangle"][whole["triangle"] >= 0] % 2 == 0).all()
     for pairs in (1, 7, 64, 1000):
-        monkeypatch.setattr(reference, "PAIRS_AT_ONCE", pairs)
+        monkeypatch.setattr("raycam.reference.procedure.PAIRS_AT_ONCE", pairs)
         size = SIZE if pairs > 7 else (3, 2)
         part = reference.render_triangles(triangles, P, size)
         for name in whole:

@@ -27,7 +27,7 @@ mod core {
     #[pymodule_export]
     use crate::camera::rig::Rig;
     #[pymodule_export]
-    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
+    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_coefficients, lens_models};
     #[pymodule_export]
     use crate::cancel::Cancel;
     #[pymodule_export]
@@ -79,6 +79,12 @@ mod core {
     fn json_schema() -> PyResult<String> {
         serde_json::to_string_pretty(&raycam_scene::schema::json_schema())
             .map_err(|e| error::raycam_error(e.to_string()))
+    }
+
+    /// Extensions without the dot: of the files that `load` reads, and of the files that those name.
+    #[pyfunction]
+    fn file_extensions() -> (Vec<&'static str>, Vec<&'static str>) {
+        (raycam_formats::extensions().collect(), raycam_formats::COMPANION_EXTENSIONS.to_vec())
     }
 
     /// The instruction set that rays are traced with.

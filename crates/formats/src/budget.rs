@@ -56,17 +56,26 @@ impl Budget {
     }
 
     /// Charges `amount` bytes of `path`.
-    pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`FormatError::Budget`] if less is left.
+    pub fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.bytes, path, "bytes", amount)
     }
 
     /// Charges `amount` vertices, corners or parts of `path`.
-    pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`FormatError::Budget`] if less is left.
+    pub fn take_elements(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut self.elements, path, "vertices and face corners", amount)
     }
 
     /// Charges `amount` pixels of `path`.
-    pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`FormatError::Budget`] if less is left.
+    pub fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<()> {
         charge(&mut { self.image_pixels }, path, "pixels", amount)?;
         charge(&mut self.pixels, path, "pixels", amount)
     }

@@ -127,7 +127,7 @@ fn prefix(key: &str) -> String {
 
 impl FormatError {
     /// The error of values that do not fit the file they are to be written to.
-    pub(crate) fn encode(message: impl Into<Message>) -> Self {
+    pub fn encode(message: impl Into<Message>) -> Self {
         Self::Encode(message.into())
     }
 
@@ -149,19 +149,23 @@ impl FormatError {
         }
     }
 
-    pub(crate) fn line(path: &Path, line: usize, message: impl Into<Message>) -> Self {
+    /// A syntax error in a line, counted from 1.
+    pub fn line(path: &Path, line: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Line(line), message: message.into() }
     }
 
-    pub(crate) fn byte(path: &Path, byte: usize, message: impl Into<Message>) -> Self {
+    /// A syntax error at a byte, counted from 0.
+    pub fn byte(path: &Path, byte: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Byte(byte as u64), message: message.into() }
     }
 
-    pub(crate) fn whole(path: &Path, message: impl Into<Message>) -> Self {
+    /// A syntax error of the file as a whole.
+    pub fn whole(path: &Path, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Whole, message: message.into() }
     }
 
-    pub(crate) fn unsupported(path: &Path, message: impl Into<Message>) -> Self {
+    /// The error of a valid file that raycam does not read.
+    pub fn unsupported(path: &Path, message: impl Into<Message>) -> Self {
         Self::Unsupported { path: path.into(), message: message.into() }
     }
 }

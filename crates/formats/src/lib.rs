@@ -12,7 +12,6 @@
 //! image, codec         images and textures; Draco, meshoptimizer
 //! obj ply stl off ies  one format each
 //! gltf                 json ← document ← mesh ← world; writer
-//! calibration          cameras of other tools: a table of formats around one record
 //! world_file, bundle   TOML; exact copies for other processes
 //! registry             the table of loadable formats
 //! asset_loader         files that a description names
@@ -25,7 +24,6 @@
 mod asset_loader;
 mod budget;
 pub mod bundle;
-pub mod calibration;
 pub mod codec;
 pub mod encode;
 mod error;
@@ -33,7 +31,7 @@ mod geometry;
 mod gltf;
 mod ies;
 mod image;
-mod io;
+pub mod io;
 mod obj;
 mod off;
 mod ply;
@@ -44,7 +42,9 @@ pub mod world_file;
 pub use crate::image::texture::{decode_texture, read_texture};
 pub use crate::io::asset_root::AssetRoot;
 pub use crate::io::memory_files::MemoryFiles;
-pub use crate::registry::{decode, decode_model, extensions, load, load_from_memory, load_within, read_model};
+pub use crate::registry::{
+    COMPANION_EXTENSIONS, decode, decode_model, extensions, load, load_from_memory, load_within, read_model,
+};
 pub use budget::Budget;
 pub use error::{FormatError, Location, Result, broken_link};
 pub use gltf::write as write_gltf;

@@ -46,6 +46,10 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.extension)
 }
 
+/// The extensions of the files that worlds and models name: materials, buffers, images and light profiles.
+pub const COMPANION_EXTENSIONS: &[&str] =
+    &["mtl", "bin", "png", "jpg", "jpeg", "hdr", "exr", "tga", "bmp", "gif", "webp", "ktx2", "tif", "tiff", "ies"];
+
 /// The world in a file: `.toml`, `.gltf`, `.glb`, `.obj`, `.ply`, `.stl`, `.off`, in capitals or not.
 ///
 /// A mesh file (glTF apart, which holds worlds) becomes a world of its parts, each an object, without lights and cameras, z up.

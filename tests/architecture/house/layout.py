@@ -17,8 +17,13 @@ ORDER = {
         triangles lib
     """,
     "formats": """
-        error budget io encode geometry image codec obj ply stl off ies gltf calibration world_file bundle registry
+        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
         asset_loader lib
+    """,
+    "calibration": """
+        document pose rig_mount record rig files folder picture_size intrinsics plausibility
+        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        radiance_fields datasets open_folder formats lib
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light

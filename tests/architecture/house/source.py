@@ -6,7 +6,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-CRATES = ("bvh", "scene", "formats", "render", "web", "bindings")
+CRATES = ("bvh", "scene", "formats", "calibration", "render", "web", "bindings")
 
 NOT_CODE = re.compile(
     r"""

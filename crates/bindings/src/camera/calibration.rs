@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::calibration::{self, Pose, PoseConvention, ReadHints, RigMount};
+use raycam_calibration::{CameraRecord, Pose, PoseConvention, ReadHints, RigMount};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::LensModel;
 
@@ -18,7 +18,7 @@ type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
 /// A camera as its file has it: what is read is written back to the last bit.
 #[pyclass(frozen, module = "raycam._core", name = "Record")]
 pub(crate) struct PyCameraRecord {
-    inner: calibration::CameraRecord,
+    inner: CameraRecord,
 }
 
 #[pymethods]
@@ -33,7 +33,7 @@ impl PyCameraRecord {
         time: Option<f64>,
         on: Option<(PyRef<'_, Rig>, String, String)>,
     ) -> PyResult<Self> {
-        let mut inner = calibration::CameraRecord::from_camera(name, &camera.inner);
+        let mut inner = CameraRecord::from_camera(name, &camera.inner);
         (inner.image, inner.time) = (image, time);
         if let Some((rig, frame, name)) = on {
             let rig = &rig.inner;
@@ -53,7 +53,7 @@ impl PyCameraRecord {
 
     /// The same record with another image and time.
     fn replaced(&self, image: Option<String>, time: Option<f64>) -> Self {
-        Self { inner: calibration::CameraRecord { image, time, ..self.inner.clone() } }
+        Self { inner: CameraRecord { image, time, ..self.inner.clone() } }
     }
 
     /// The mount of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
@@ -108,11 +108,11 @@ pub(crate) fn read_cameras(
 ) -> PyResult<(Vec<PyCameraRecord>, Notices)> {
     let known = ReadHints {
         size,
-        intrinsics: intrinsics.map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
+        intrinsics: intrinsics.map(|camera| CameraRecord::from_camera("", &camera.inner)),
         lens: lens.map(LensModel::from_name).transpose().map_err(|error| camera_error(error.to_string()))?,
         poses: convention.map(|(world_from_camera, opengl)| PoseConvention { world_from_camera, opengl }),
     };
-    let found = detached(py, || calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
+    let found = detached(py, || raycam_calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
     let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });
     Ok((records.collect(), found.notices.into()))
 }
@@ -126,12 +126,12 @@ pub(crate) fn write_cameras(
     format: &str,
 ) -> PyResult<(Vec<(String, Vec<u8>)>, Notices)> {
     let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
-    let written = catch_panic(|| calibration::write(&records, &path, format))?.or_raise()?;
+    let written = catch_panic(|| raycam_calibration::write(&records, &path, format))?.or_raise()?;
     Ok((written.files, written.notices.into()))
 }
 
 /// The names of the formats that are read, and of those that are written.
 #[pyfunction]
 pub(crate) fn calibration_formats() -> (Vec<&'static str>, Vec<&'static str>) {
-    (calibration::formats().collect(), calibration::written_formats().collect())
+    (raycam_calibration::formats().collect(), raycam_calibration::written_formats().collect())
 }

@@ -279,6 +279,12 @@ pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
     LensModel::ALL.iter().map(|model| (model.name(), model.is_panorama())).collect()
 }
 
+/// The names of each lens model's coefficients.
+#[pyfunction]
+pub(crate) fn lens_coefficients() -> Vec<(&'static str, Vec<&'static str>)> {
+    LensModel::ALL.iter().map(|model| (model.name(), model.coefficient_names().to_vec())).collect()
+}
+
 /// K of a vertical field of view in degrees.
 #[pyfunction]
 pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {

@@ -29,7 +29,8 @@ pub struct AssetRoot {
     listings: HashMap<PathBuf, Vec<OsString>>,
     /// How many files were searched.
     searches: usize,
-    pub(crate) budget: Budget,
+    /// The rest of the budget.
+    pub budget: Budget,
     notices: Vec<Notice>,
     /// True if the program itself names the files: then they may lie anywhere.
     trusted: bool,
@@ -101,12 +102,12 @@ impl AssetRoot {
     }
 
     /// The root of a file that the caller names: its folder, wherever that is.
-    pub(crate) fn containing(path: &Path, budget: &Budget) -> Self {
+    pub fn containing(path: &Path, budget: &Budget) -> Self {
         Self::of_file(path, None, budget)
     }
 
     /// The root of a file that the caller names: `folder`, or else the folder of the file.
-    pub(crate) fn of_file(path: &Path, folder: Option<&Path>, budget: &Budget) -> Self {
+    pub fn of_file(path: &Path, folder: Option<&Path>, budget: &Budget) -> Self {
         let target = fs::symlink_metadata(path).is_ok_and(|status| status.is_symlink());
         let target = target.then(|| path.canonicalize().ok()?.parent().map(Path::to_path_buf)).flatten();
         Self { target, named: path.into(), ..Self::new(folder.or(path.parent()).unwrap_or(Path::new("")), budget) }
@@ -123,7 +124,7 @@ impl AssetRoot {
     }
 
     /// The bytes of a file asked for by its path.
-    pub(crate) fn read(&mut self, path: &Path) -> Result<InputFile> {
+    pub fn read(&mut self, path: &Path) -> Result<InputFile> {
         self.read_head(path, |_, _| None)
     }
 
@@ -133,18 +134,13 @@ impl AssetRoot {
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn read_reference(&mut self, from: &Path, reference: impl AsRef<[u8]>) -> Result<InputFile> {
+    pub fn read_reference(&mut self, from: &Path, reference: impl AsRef<[u8]>) -> Result<InputFile> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         self.read_bytes(&real, &shown, |_, _| None)
     }
 
     /// The first bytes, at most `limit`, of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn read_reference_head(
-        &mut self,
-        from: &Path,
-        reference: impl AsRef<[u8]>,
-        limit: u64,
-    ) -> Result<Vec<u8>> {
+    pub fn read_reference_head(&mut self, from: &Path, reference: impl AsRef<[u8]>, limit: u64) -> Result<Vec<u8>> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
         if let Some(files) = &self.memory {
             let bytes = files.bytes_of(&real).unwrap_or_default();
@@ -163,7 +159,7 @@ impl AssetRoot {
     }
 
     /// The names in a folder inside, all of them; none for another folder.
-    pub(crate) fn folder_names(&self, folder: &Path) -> Vec<String> {
+    pub fn folder_names(&self, folder: &Path) -> Vec<String> {
         if let Some(files) = &self.memory {
             let names = files.folder_names(&reference::normalize(folder)).into_iter();
             return names.map(|name| name.to_string_lossy().into_owned()).collect();
@@ -245,7 +241,7 @@ impl AssetRoot {
     }
 
     /// True if a name leads to a regular file inside.
-    pub(crate) fn is_file(&self, from: &Path, name: &[u8]) -> bool {
+    pub fn is_file(&self, from: &Path, name: &[u8]) -> bool {
         self.locate(from, name).is_ok_and(|(real, _)| self.memory.is_some() || real.is_file())
     }
 

@@ -9,17 +9,18 @@ use crate::io::ByteSource;
 
 /// A file in memory, or the beginning of one.
 #[derive(Debug)]
-pub(crate) struct InputFile {
+pub struct InputFile {
     /// As shown in errors; its folder is where the names in it start from.
-    pub(crate) path: PathBuf,
-    pub(crate) bytes: Vec<u8>,
+    pub path: PathBuf,
+    /// The bytes, or the first ones of a large file.
+    pub bytes: Vec<u8>,
     /// The file and its size, where `bytes` are only the beginning of it.
     pub(crate) rest: Option<(File, usize)>,
 }
 
 impl InputFile {
     /// A whole file.
-    pub(crate) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+    pub fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
         Self { path: path.into(), bytes, rest: None }
     }
 
@@ -39,13 +40,16 @@ impl InputFile {
     }
 
     /// The text of the file.
-    pub(crate) fn text(&self) -> Result<&str> {
+    ///
+    /// # Errors
+    /// [`FormatError::Syntax`] with the first byte that is not UTF-8.
+    pub fn text(&self) -> Result<&str> {
         std::str::from_utf8(&self.bytes)
             .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
     }
 
     /// The name of the file without its last extension.
-    pub(crate) fn stem(&self) -> Option<String> {
+    pub fn stem(&self) -> Option<String> {
         Some(self.path.file_stem()?.to_string_lossy().into_owned())
     }
 }

@@ -77,7 +77,7 @@ pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
 }
 
 /// The text of a file that has a mark of UTF-16, in UTF-8; other bytes as they are.
-pub(crate) fn without_utf16(bytes: Vec<u8>) -> Vec<u8> {
+pub fn without_utf16(bytes: Vec<u8>) -> Vec<u8> {
     match bytes[..] {
         // A mark and a letter: numbers may begin with the bytes of a mark as well.
         [0xff, 0xfe, letter, 0, ..] | [0xfe, 0xff, 0, letter, ..] if letter != 0 => plain_text(&bytes).into_owned(),

@@ -13,7 +13,8 @@ pub(crate) mod parallel;
 pub(crate) mod reference;
 pub(crate) mod stand_in;
 
-pub(crate) use self::asset_root::AssetRoot;
+pub use self::asset_root::AssetRoot;
 pub(crate) use self::byte_source::ByteSource;
 pub(crate) use self::diagnostics::Diagnostics;
-pub(crate) use self::input_file::InputFile;
+pub use self::input_file::InputFile;
+pub use self::lexer::without_utf16;

@@ -2,7 +2,6 @@
 
 mod budget;
 mod bundle;
-mod calibration;
 mod codec;
 mod corpus;
 mod encode;

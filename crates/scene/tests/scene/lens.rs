@@ -68,6 +68,14 @@ fn the_ray_of_a_pixel_projects_to_it() {
 }
 
 #[test]
+fn coefficient_names_match_the_longest_accepted_list() {
+    for model in LensModel::ALL {
+        let longest = (0..20).filter(|&count| Lens::new(model, &vec![1e-3; count]).is_ok()).max();
+        assert_eq!(longest, Some(model.coefficient_names().len()), "{model:?}");
+    }
+}
+
+#[test]
 fn what_has_a_pixel_has_its_ray() {
     for (model, coefficients) in LENSES {
         let camera = camera(model, coefficients);

@@ -69,6 +69,22 @@ impl LensModel {
         }
     }
 
+    /// The names of its coefficients, in the order of `distortion`; a camera may use the first few only.
+    pub fn coefficient_names(self) -> &'static [&'static str] {
+        match self {
+            Self::OpenCv => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"],
+            Self::Fisheye => &["k1", "k2", "k3", "k4"],
+            Self::ThinPrismFisheye => &["k1", "k2", "p1", "p2", "k3", "k4", "sx1", "sy1"],
+            Self::RadTanThinPrismFisheye => &["k0", "k1", "k2", "k3", "k4", "k5", "p0", "p1", "s0", "s1", "s2", "s3"],
+            Self::Fov => &["omega"],
+            Self::Division => &["k"],
+            Self::Omni => &["xi", "k1", "k2", "p1", "p2"],
+            Self::Eucm => &["alpha", "beta"],
+            Self::DoubleSphere => &["xi", "alpha"],
+            Self::Equirectangular | Self::Cylindrical => &[],
+        }
+    }
+
     /// The one of a name.
     ///
     /// # Errors

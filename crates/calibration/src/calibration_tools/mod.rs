@@ -1,0 +1,6 @@
+//! Files that calibration programs write: Kalibr, camodocal, mrcal, Basalt. OpenCV's have their own folder.
+
+pub(crate) mod basalt;
+pub(crate) mod camodocal;
+pub(crate) mod kalibr;
+pub(crate) mod mrcal;

@@ -1,0 +1,36 @@
+//! A data set in BOP's folders, `SPLIT/000000/scene_camera.json`: each scene is a world of its own.
+
+use crate::{Calibration, Folder, ReadHints, bop};
+use raycam_formats::io::AssetRoot;
+use raycam_formats::{FormatError, Result};
+
+const CAMERAS: &str = "scene_camera.json";
+
+/// The folders of scenes, below splits.
+fn scenes(folder: &Folder, assets: &AssetRoot) -> Vec<String> {
+    let digits = |name: &&String| name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit());
+    let mut found = Vec::new();
+    for split in folder.names.iter().filter(|name| !name.contains('.') && *name != "models") {
+        let inner = folder.inner(split, assets);
+        for scene in inner.names.iter().filter(digits) {
+            if inner.inner(scene, assets).has(CAMERAS) {
+                found.push(format!("{split}/{scene}"));
+            }
+        }
+    }
+    found
+}
+
+pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
+    !scenes(folder, assets).is_empty()
+}
+
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    match &scenes(folder, assets)[..] {
+        [scene] => bop::read(&folder.read(&format!("{scene}/{CAMERAS}"), assets)?, assets, hints),
+        found => Err(FormatError::unsupported(
+            &folder.path,
+            format!("{} scenes, each a world of its own: give the folder of one: {} ...", found.len(), found[0]),
+        )),
+    }
+}

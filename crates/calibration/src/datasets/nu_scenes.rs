@@ -1,0 +1,114 @@
+//! The tables of nuScenes: `calibrated_sensor.json` (ego_from_sensor, K), and where they are there `sensor.json` (names),
+//! `sample_data.json` (pictures) and `ego_pose.json` (world_from_ego). Source: the schema of nuscenes-devkit.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use raycam_scene::PixelCenter;
+
+use crate::document::{Cursor, DocumentNode, yaml};
+use crate::rig::on_a_body;
+use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile};
+
+const TABLE: &str = "calibrated_sensor.json";
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    text.contains("\"sensor_token\"") && text.contains("\"camera_intrinsic\"")
+}
+
+pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
+    folder.has(TABLE)
+}
+
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    read(&folder.read(TABLE, assets)?, assets, hints)
+}
+
+/// A table beside another, where it is there.
+fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<(InputFile, DocumentNode)>> {
+    if !assets.is_file(&from.path, name.as_bytes()) {
+        return Ok(None);
+    }
+    let source = assets.read_reference(&from.path, name)?;
+    let node = yaml::parse(source.text()?, &source.path)?;
+    Ok(Some((source, node)))
+}
+
+/// The rows of a table by their tokens.
+fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>> {
+    root.list()?.into_iter().map(|row| Ok((row.require("token")?.word()?, row))).collect()
+}
+
+/// The pose of a row, to the ego or to the world.
+fn pose(row: &Cursor<'_>) -> Result<Pose> {
+    let at = row.require("rotation")?;
+    let rotation = Rotation::unit_quaternion(at.array()?).map_err(|message| at.fail(message))?;
+    let c = DVec3::from_array(row.require("translation")?.array()?);
+    Ok(Pose::world_from_camera(rotation, c))
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
+    let node = yaml::parse(source.text()?, &source.path)?;
+    let sensors = table(source, "sensor.json", assets)?;
+    let names = match &sensors {
+        Some((file, node)) => by_token(&Cursor::root(node, &file.path))?,
+        None => HashMap::new(),
+    };
+    let (mut cameras, mut order) = (HashMap::new(), Vec::new());
+    for row in Cursor::root(&node, &source.path).list()? {
+        let (token, k) = (row.require("token")?.word()?, row.require("camera_intrinsic")?);
+        if k.numbers()?.is_empty() {
+            continue; // A lidar or a radar.
+        }
+        let sensor = row.require("sensor_token")?.word()?;
+        let name = names.get(sensor).and_then(|row| row.get("channel")).map_or(Ok(token), |at| at.word())?;
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        record.k = Some(k.matrix3()?);
+        record.pose = Some(pose(&row)?);
+        order.push(token);
+        cameras.insert(token, record);
+    }
+    let mut calibration = Calibration::default();
+    let (data, poses) = (table(source, "sample_data.json", assets)?, table(source, "ego_pose.json", assets)?);
+    if let (Some((data, rows)), Some((file, poses))) = (&data, &poses) {
+        let poses = by_token(&Cursor::root(poses, &file.path))?;
+        for row in Cursor::root(rows, &data.path).list()? {
+            calibration.records.extend(seen(&row, &cameras, &poses)?);
+        }
+        calibration.note("the pictures of sample_data, in the world of ego_pose; times are in seconds");
+        return Ok(calibration);
+    }
+    for token in order {
+        let mut record = cameras[token].clone();
+        if calibration.records.iter().any(|other: &CameraRecord| other.name == record.name) {
+            record.name = format!("{}#{token}", record.name);
+        }
+        on_a_body(&mut record, "ego");
+        calibration.records.push(record);
+    }
+    calibration.note(
+        "the cameras are in the axes of the vehicle (x forward, y left, z up): with sample_data.json and ego_pose.json \
+         beside the file, they are in the world",
+    );
+    Ok(calibration)
+}
+
+/// The camera of a row of sample_data; None for another sensor.
+fn seen(
+    row: &Cursor<'_>,
+    cameras: &HashMap<&str, CameraRecord>,
+    poses: &HashMap<&str, Cursor<'_>>,
+) -> Result<Option<CameraRecord>> {
+    let Some(camera) = cameras.get(row.require("calibrated_sensor_token")?.word()?) else { return Ok(None) };
+    let token = row.require("ego_pose_token")?;
+    let ego = poses.get(token.word()?).ok_or_else(|| token.fail("ego_pose.json has no such token"))?;
+    let mut record = camera.clone();
+    let file = row.require("filename")?.word()?;
+    (record.name, record.image) = (file.to_owned(), Some(file.to_owned()));
+    record.size = Some([row.require("width")?.count()?, row.require("height")?.count()?]);
+    record.time = row.get("timestamp").map(|at| at.number()).transpose()?.map(|time| time * 1e-6);
+    record.pose = record.pose.map(|camera| pose(ego).map(|ego| camera.compose(&ego))).transpose()?;
+    Ok(Some(record))
+}

@@ -1,0 +1,299 @@
+//! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
+
+pub(crate) mod ini;
+pub(crate) mod lens_keys;
+pub(crate) mod npy;
+pub(crate) mod number_format;
+pub(crate) mod number_lines;
+pub(crate) mod unread;
+pub(crate) mod xml;
+pub(crate) mod xml_element;
+pub(crate) mod yaml;
+pub(crate) mod zip_members;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, suggestion};
+
+use raycam_formats::{FormatError, Result};
+
+/// Greatest depth of a tree.
+pub(crate) const MAX_DEPTH: usize = 32;
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Value {
+    /// A word, a number, or an empty text.
+    Scalar(String),
+    List(Vec<DocumentNode>),
+    Map(Vec<(String, DocumentNode)>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DocumentNode {
+    pub(crate) value: Value,
+    pub(crate) line: usize,
+}
+
+impl DocumentNode {
+    /// True if both say the same, but for lines and the time and number of a message's header.
+    pub(crate) fn same_as(&self, other: &DocumentNode) -> bool {
+        match (&self.value, &other.value) {
+            (Value::Scalar(a), Value::Scalar(b)) => a == b,
+            (Value::List(a), Value::List(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.same_as(b)),
+            (Value::Map(a), Value::Map(b)) => {
+                let same = |((k, a), (l, b)): (&(String, DocumentNode), &(String, DocumentNode))| {
+                    k == l && (matches!(k.as_str(), "stamp" | "seq") || a.same_as(b))
+                };
+                a.len() == b.len() && a.iter().zip(b).all(same)
+            }
+            _ => false,
+        }
+    }
+}
+
+/// A node with its path from the root, for errors.
+#[derive(Clone, Debug)]
+pub(crate) struct Cursor<'a> {
+    pub(crate) node: &'a DocumentNode,
+    path: &'a Path,
+    pub(crate) key: String,
+}
+
+impl<'a> Cursor<'a> {
+    pub(crate) fn root(node: &'a DocumentNode, path: &'a Path) -> Self {
+        Self { node, path, key: String::new() }
+    }
+
+    /// The error of this node.
+    pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
+        let key = if self.key.is_empty() { "the file" } else { &self.key };
+        FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
+    }
+
+    /// The file.
+    pub(crate) fn file(&self) -> &'a Path {
+        self.path
+    }
+
+    /// The name of the file.
+    pub(crate) fn file_name(&self) -> Option<String> {
+        Some(self.path.file_name()?.to_string_lossy().into_owned())
+    }
+
+    pub(crate) fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
+        let joint = if self.key.is_empty() { "" } else { "." };
+        Self { node, path: self.path, key: format!("{}{joint}{key}", self.key) }
+    }
+
+    /// The entries of a map.
+    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>> {
+        match &self.node.value {
+            Value::Map(entries) => {
+                Ok(entries.iter().map(|(key, node)| (key.as_str(), self.child(key, node))).collect())
+            }
+            _ => Err(self.fail("expected keys and values")),
+        }
+    }
+
+    pub(crate) fn is_map(&self) -> bool {
+        matches!(self.node.value, Value::Map(_))
+    }
+
+    /// The value of a key, if it is there and not null.
+    pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
+        let Value::Map(entries) = &self.node.value else { return None };
+        let (_, node) = entries.iter().find(|(name, _)| name == key)?;
+        let child = self.child(key, node);
+        (!child.is_null()).then_some(child)
+    }
+
+    /// True for an empty value.
+    pub(crate) fn is_null(&self) -> bool {
+        matches!(&self.node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"))
+    }
+
+    /// The value of the first of some keys that mean the same.
+    pub(crate) fn any(&self, keys: &[&str]) -> Option<Cursor<'a>> {
+        keys.iter().find_map(|key| self.get(key))
+    }
+
+    /// The value of a key that has to be there.
+    pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>> {
+        self.get(key).ok_or_else(|| self.fail(format_args!("{key} is missing")))
+    }
+
+    pub(crate) fn word(&self) -> Result<&'a str> {
+        match &self.node.value {
+            Value::Scalar(word) => Ok(word),
+            _ => Err(self.fail("expected a word")),
+        }
+    }
+
+    pub(crate) fn number(&self) -> Result<f64> {
+        let Value::Scalar(word) = &self.node.value else { return Err(self.fail("expected a number")) };
+        match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(self.fail(format_args!("{word:?}: expected a finite number"))),
+        }
+    }
+
+    /// The number of a key, or another one where the key is not there.
+    pub(crate) fn number_or(&self, key: &str, otherwise: f64) -> Result<f64> {
+        self.get(key).map_or(Ok(otherwise), |at| at.number())
+    }
+
+    /// A number of pixels.
+    pub(crate) fn count(&self) -> Result<u32> {
+        let number = self.number()?;
+        if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
+            return Err(self.fail(format_args!("{number}: expected a whole number from 0")));
+        }
+        Ok(number as u32)
+    }
+
+    /// The elements of a list.
+    pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
+        let Value::List(items) = &self.node.value else { return Err(self.fail("expected a list")) };
+        let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
+        Ok(items.iter().enumerate().map(item).collect())
+    }
+
+    /// Numbers in a list, in lists of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
+    pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
+        if self.is_map() {
+            let numbers = self.require("data")?.numbers()?;
+            // OpenCV 5's opencv-nd-matrix.
+            if let Some(sizes) = self.get("sizes") {
+                // In XML, one size alone is no list.
+                let count = match sizes.numbers() {
+                    Ok(sizes) => sizes.iter().product(),
+                    Err(_) => f64::from(sizes.count()?),
+                };
+                if count != numbers.len() as f64 {
+                    return Err(sizes.fail(format_args!("data has {} numbers", numbers.len())));
+                }
+                return Ok(numbers);
+            }
+            let (rows, cols) = (self.require("rows")?.count()?, self.require("cols")?.count()?);
+            if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
+                return Err(
+                    self.fail(format_args!("{rows} rows of {cols} columns, but data has {} numbers", numbers.len()))
+                );
+            }
+            return Ok(numbers);
+        }
+        let mut numbers = Vec::new();
+        for item in self.list()? {
+            match item.node.value {
+                Value::Scalar(_) => numbers.push(item.number()?),
+                _ => numbers.extend(item.numbers()?),
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// The `N` numbers of the node.
+    pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
+        let numbers = self.numbers()?;
+        let count = numbers.len();
+        numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
+    }
+
+    /// A 3x3 matrix, row by row.
+    pub(crate) fn matrix3(&self) -> Result<DMat3> {
+        Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
+    }
+
+    /// R and t of a 4x4 matrix, row by row.
+    pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3)> {
+        let numbers = self.numbers()?;
+        let m: [f64; 12] = match numbers.len() {
+            16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| self.fail(message))?,
+            12 => std::array::from_fn(|i| numbers[i]),
+            count => return Err(self.fail(format_args!("{count} numbers, expected a 4x4 matrix"))),
+        };
+        Ok(rigid(&m))
+    }
+
+    /// The lens of a name that calibration tools use, with its coefficients.
+    pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens> {
+        lens_named(name, coefficients).map_err(|message| self.fail(message))
+    }
+
+    /// A notice for every key that is not in `known`; one that looks like a lens is an error.
+    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<String>> {
+        self.unread_keys(|key| known.contains(&key))
+    }
+
+    /// The same, where a function tells the known keys.
+    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>> {
+        let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
+        let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
+        let mut notices = Vec::new();
+        for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {
+            self.child(key, node).refuse_lens(key)?;
+            notices.push(format!("{place}{key} (line {}) is not read", node.line));
+        }
+        Ok(notices)
+    }
+}
+
+/// The first three rows of a 4x4 matrix of a rotation and a translation, or the reason why it is none.
+pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
+    let last = [m[12], m[13], m[14], m[15]];
+    if last != [0.0, 0.0, 0.0, 1.0] {
+        let transposed = [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0];
+        return Err(format!(
+            "the last row is {} {} {} {}, expected 0 0 0 1: {}",
+            last[0],
+            last[1],
+            last[2],
+            last[3],
+            if transposed { "the matrix is transposed, by columns" } else { "is the matrix transposed?" }
+        ));
+    }
+    let rows = std::array::from_fn(|i| m[i]);
+    check_rotation(rigid(&rows).0)?;
+    Ok(rows)
+}
+
+/// Refuses a matrix that is further than 1e-3 from a rotation.
+pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
+    let off = (r * r.transpose() - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    if off.is_nan() || off > 1e-3 {
+        return Err(format!(
+            "no rotation: R R\u{1d40} differs from the identity by {off:.2e}; a scale, or another matrix?"
+        ));
+    }
+    if r.determinant() < 0.0 {
+        return Err("a mirror (its determinant is -1), and no rotation: check the signs of its axes".into());
+    }
+    Ok(())
+}
+
+/// R and t of the rows of a 3x4 matrix.
+pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
+    let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
+    (DMat3::from_cols(column(0), column(1), column(2)), column(3))
+}
+
+/// The lens that calibration tools call by a name.
+pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
+    let model = match name {
+        "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
+            LensModel::OpenCv
+        }
+        "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
+        "fov" => LensModel::Fov,
+        "none" | "" if given.iter().all(|v| *v == 0.0) => return Ok(Lens::Pinhole),
+        // raycam's own names of the others.
+        _ => LensModel::from_name(name).map_err(|_| {
+            let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
+            format!("raycam has no distortion model {name:?}{}", suggestion(name, names))
+        })?,
+    };
+    if model == LensModel::OpenCv && given.is_empty() {
+        return Ok(Lens::Pinhole);
+    }
+    Lens::new(model, given).map_err(|error| error.to_string())
+}

@@ -1,0 +1,237 @@
+//! NumPy's arrays: `.npy`, and `.npz`, a ZIP file of them. Source: numpy.lib.format, "Format Version 1.0". Arrays of
+//! Python objects are pickles, which run code when they are opened: they are never opened.
+
+use std::path::Path;
+
+use crate::document::zip_members::{self, ZipMember};
+use crate::document::{DocumentNode, Value};
+use raycam_formats::Budget;
+use raycam_formats::{FormatError, Result};
+
+/// The first bytes of a `.npy` file.
+const MAGIC: &[u8] = b"\x93NUMPY";
+/// Elements of the largest array that becomes a part of a document; maps of pixels are larger.
+const MAX_ELEMENTS: usize = 1 << 16;
+/// Elements of the largest array that is read at all.
+const MAX_ARRAY: usize = 1 << 24;
+/// Bytes in which the header of an array ends.
+const MAX_HEADER: usize = 4096;
+
+/// The elements of an array, row by row.
+pub(crate) enum Elements {
+    Numbers(Vec<f64>),
+    Words(Vec<String>),
+    /// The reason why they are not read.
+    Unread(String),
+}
+
+/// An array of any shape.
+pub(crate) struct NumpyArray {
+    pub(crate) shape: Vec<usize>,
+    pub(crate) elements: Elements,
+}
+
+/// True for the bytes of a `.npy` file.
+pub(crate) fn is_npy(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+/// The names of the arrays in a `.npz` file; none for another file.
+pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
+    let members = if zip_members::is_zip(bytes) { zip_members::members(bytes).unwrap_or_default() } else { vec![] };
+    members.iter().filter_map(|member| Some(member.name.strip_suffix(".npy")?.to_owned())).collect()
+}
+
+/// The shape of the array in a `.npy` file.
+pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
+    Some(NpyHeader::parse(bytes).ok()?.shape)
+}
+
+/// The shapes of the arrays in a `.npz` file, by their headers; None for another file.
+pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
+    let members = zip_members::members(bytes).ok()?;
+    let arrays = members.iter().filter(|member| member.name.ends_with(".npy"));
+    let shapes: Vec<_> = arrays.map(|member| shape(&member.start(bytes, MAX_HEADER)?)).collect::<Option<_>>()?;
+    (!shapes.is_empty()).then_some(shapes)
+}
+
+/// The arrays of a `.npz` file by name, in its order.
+pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<(String, NumpyArray)>> {
+    let fail = |message: String| FormatError::whole(path, message);
+    let members = zip_members::members(bytes).map_err(fail)?;
+    let named = |member: &ZipMember| member.name.strip_suffix(".npy").map(str::to_owned);
+    let mut found = Vec::new();
+    for (name, member) in members.iter().filter_map(|member| Some((named(member)?, member))) {
+        let unpacked = member.unpack(bytes, path, budget)?;
+        let array = array(&unpacked).map_err(|message| fail(format!("{name}: {message}")))?;
+        found.push((name, array));
+    }
+    Ok(found)
+}
+
+/// The array of a `.npy` file.
+pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
+    let header = NpyHeader::parse(bytes)?;
+    let count = header.shape.iter().try_fold(1usize, |count, side| count.checked_mul(*side));
+    let count = count.filter(|count| *count <= MAX_ARRAY).ok_or("more elements than any calibration has")?;
+    let data = &bytes[header.data..];
+    let mut elements = header.elements(data, count)?;
+    if header.fortran {
+        match &mut elements {
+            Elements::Numbers(values) => *values = by_rows(values, &header.shape),
+            Elements::Words(words) => *words = by_rows(words, &header.shape),
+            Elements::Unread(_) => {}
+        }
+    }
+    Ok(NumpyArray { shape: header.shape, elements })
+}
+
+/// Elements by columns, the first index fastest, put into the order of rows.
+fn by_rows<T: Clone>(values: &[T], shape: &[usize]) -> Vec<T> {
+    let strides: Vec<usize> = shape.iter().scan(1, |next, side| Some(std::mem::replace(next, *next * side))).collect();
+    let place = |mut at: usize| {
+        let mut place = 0;
+        for (side, stride) in shape.iter().zip(&strides).rev() {
+            place += at % side * stride;
+            at /= side;
+        }
+        place
+    };
+    (0..values.len()).map(|at| values[place(at)].clone()).collect()
+}
+
+struct NpyHeader {
+    kind: String,
+    fortran: bool,
+    shape: Vec<usize>,
+    /// The byte at which the elements begin.
+    data: usize,
+}
+
+impl NpyHeader {
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let broken = || "a broken .npy header".to_owned();
+        let version = *bytes.get(6).filter(|_| is_npy(bytes)).ok_or_else(broken)?;
+        let wide = version >= 2;
+        let field = bytes.get(8..if wide { 12 } else { 10 }).ok_or_else(broken)?;
+        let length = field.iter().rev().fold(0usize, |length, byte| length << 8 | usize::from(*byte));
+        let start = 8 + field.len();
+        let end = start.checked_add(length).ok_or_else(broken)?;
+        let text = std::str::from_utf8(bytes.get(start..end).ok_or_else(broken)?).map_err(|_| broken())?;
+        let value = |key: &str| {
+            let (_, rest) = text.split_once(&format!("'{key}'"))?;
+            Some(rest.split_once(':')?.1.trim_start())
+        };
+        let descr = value("descr").ok_or_else(broken)?;
+        let kind = match descr.strip_prefix('\'') {
+            Some(rest) => rest.split('\'').next().unwrap_or_default().to_owned(),
+            None => "structured".into(),
+        };
+        let fortran = value("fortran_order").ok_or_else(broken)?.starts_with("True");
+        let shape = value("shape").and_then(|rest| rest.strip_prefix('(')?.split_once(')')).ok_or_else(broken)?.0;
+        let sides = shape.split(',').map(str::trim).filter(|side| !side.is_empty());
+        let shape = sides.map(|side| side.trim_end_matches('L').parse()).collect::<Result<_, _>>();
+        Ok(Self { kind, fortran, shape: shape.map_err(|_| broken())?, data: end })
+    }
+
+    fn elements(&self, data: &[u8], count: usize) -> Result<Elements, String> {
+        if self.kind.contains('O') {
+            return Ok(Elements::Unread("a pickled object, which is never opened: save numbers with np.savez".into()));
+        }
+        let (order, rest) = self.kind.split_at(usize::from(self.kind.starts_with(['<', '>', '|', '='])));
+        let big = order == ">";
+        let (letter, size) = rest.split_at(rest.len().min(1));
+        let Ok(size) = size.parse::<usize>() else {
+            return Ok(Elements::Unread(format!("an array of {}, which is not read", self.kind)));
+        };
+        let width = if letter == "U" { 4 * size } else { size };
+        let needed = width.checked_mul(count).ok_or("more bytes than any calibration has")?;
+        if data.len() < needed {
+            return Err(format!("{} bytes of elements, expected {needed}: the file is cut off", data.len()));
+        }
+        if letter == "U" {
+            return Ok(Elements::Words((0..count).map(|i| word(&data[i * width..][..width], big)).collect()));
+        }
+        let Some(number) = reader(letter, size) else {
+            return Ok(Elements::Unread(format!("an array of {}, which is not read", self.kind)));
+        };
+        let value = |i: usize| {
+            let mut bytes = [0; 8];
+            bytes[..width].copy_from_slice(&data[i * width..][..width]);
+            if big {
+                bytes[..width].reverse();
+            }
+            number(bytes)
+        };
+        Ok(Elements::Numbers((0..count).map(value).collect()))
+    }
+}
+
+/// The number of little-endian bytes, of a kind and a size.
+fn reader(letter: &str, size: usize) -> Option<fn([u8; 8]) -> f64> {
+    Some(match (letter, size) {
+        ("f", 8) => f64::from_le_bytes,
+        ("f", 4) => |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        ("f", 2) => |b| half::f16::from_le_bytes([b[0], b[1]]).to_f64(),
+        ("i", 8) => |b| i64::from_le_bytes(b) as f64,
+        ("i", 4) => |b| f64::from(i32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        ("i", 2) => |b| f64::from(i16::from_le_bytes([b[0], b[1]])),
+        ("i", 1) => |b| f64::from(b[0] as i8),
+        ("u", 1 | 2 | 4 | 8) | ("b", 1) => |b| u64::from_le_bytes(b) as f64,
+        _ => return None,
+    })
+}
+
+/// A word of code points, without the zeros after it.
+fn word(bytes: &[u8], big: bool) -> String {
+    let code = |b: &[u8]| {
+        let four = [b[0], b[1], b[2], b[3]];
+        if big { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) }
+    };
+    let found: String = bytes.chunks_exact(4).map(|b| char::from_u32(code(b)).unwrap_or('\u{fffd}')).collect();
+    found.trim_end_matches('\0').into()
+}
+
+impl NumpyArray {
+    /// The numbers; none of an array of something else.
+    pub(crate) fn numbers(&self) -> Option<&[f64]> {
+        match &self.elements {
+            Elements::Numbers(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The reason why there are no numbers.
+    pub(crate) fn reason(&self) -> &str {
+        match &self.elements {
+            Elements::Unread(reason) => reason,
+            _ => "words",
+        }
+    }
+
+    /// The array as lists of lists, for readers of documents.
+    pub(crate) fn node(&self) -> DocumentNode {
+        let words: Vec<String> = match &self.elements {
+            Elements::Numbers(values) if values.len() <= MAX_ELEMENTS => values.iter().map(f64::to_string).collect(),
+            Elements::Words(words) if words.len() <= MAX_ELEMENTS => words.clone(),
+            Elements::Unread(reason) => return scalar(reason.clone()),
+            _ => return scalar(format!("an array of the shape {:?}", self.shape)),
+        };
+        let mut level: Vec<DocumentNode> = words.into_iter().map(scalar).collect();
+        for side in self.shape.iter().rev() {
+            let lists = level.chunks((*side).max(1)).map(<[DocumentNode]>::to_vec);
+            level = lists.map(|items| DocumentNode { value: Value::List(items), line: 1 }).collect();
+        }
+        level.into_iter().next().unwrap_or_else(|| DocumentNode { value: Value::List(vec![]), line: 1 })
+    }
+}
+
+fn scalar(word: String) -> DocumentNode {
+    DocumentNode { value: Value::Scalar(word), line: 1 }
+}
+
+/// The document of some arrays by name.
+pub(crate) fn document(arrays: &[(String, NumpyArray)]) -> DocumentNode {
+    let entries = arrays.iter().map(|(name, array)| (name.clone(), array.node()));
+    DocumentNode { value: Value::Map(entries.collect()), line: 1 }
+}

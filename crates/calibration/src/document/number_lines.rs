@@ -1,0 +1,35 @@
+//! Text files of one row of numbers a line.
+
+use std::path::Path;
+
+use raycam_formats::{FormatError, Result};
+
+/// The lines that are neither empty nor comments (`#`), with their numbers from 1.
+pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+/// The `N` finite numbers of a line.
+pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N]> {
+    let mut values = Vec::with_capacity(N);
+    for word in text.split_whitespace() {
+        match word.parse::<f64>() {
+            Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
+            Ok(_) if values.len() > N => break,
+            _ => return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number"))),
+        }
+    }
+    let count = values.len();
+    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
+}
+
+/// True if each of the first lines has `count` numbers.
+pub(crate) fn looks_like(text: &str, count: usize) -> bool {
+    let mut first = data_lines(text).take(3).peekable();
+    first.peek().is_some()
+        && first.all(|(_, line)| {
+            let mut words = line.split_whitespace();
+            words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
+        })
+}

@@ -1,0 +1,176 @@
+//! YAML, and JSON, which is a part of it, as trees. Aliases are copies of what they name, within a limit. Several
+//! documents that differ are refused.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use saphyr_parser::{Event, Parser, ScalarStyle};
+
+use crate::document::lens_keys::refused_without_value;
+use crate::document::{DocumentNode, MAX_DEPTH, Value};
+use raycam_formats::{FormatError, Result};
+
+/// Most values that aliases may add to a document: a few lines of aliases of aliases could ask for any number.
+const MAX_COPIED_VALUES: usize = 1 << 16;
+
+/// A list or a map under construction: a map with the key that waits for its value, and the keys that it has.
+enum Open {
+    List(Vec<DocumentNode>),
+    Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
+}
+
+/// The tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is no YAML, and OpenCV takes
+/// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs, and
+/// comments as OpenCV writes them.
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
+        return parse_strict(&without_comments(&text.replace('\t', " ")), path);
+    }
+    let old = text.strip_prefix("%YAML:1.0").or_else(|| text.strip_prefix("%YAML 1.0"));
+    match old {
+        Some(body) => parse_strict(&with_spaces(body), path),
+        None => parse_strict(text, path).or_else(|error| {
+            let spaced = with_spaces(text);
+            if spaced == text { Err(error) } else { parse_strict(&spaced, path).map_err(|_| error) }
+        }),
+    }
+}
+
+/// The text with a space between `word:` and a value, as YAML asks for.
+fn with_spaces(text: &str) -> String {
+    let mut spaced = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let start = line.trim_start();
+        let key = start.bytes().take_while(|b| b.is_ascii_alphanumeric() || b"_.-".contains(b)).count();
+        let colon = line.len() - start.len() + key;
+        let value = line.get(colon + 1..).filter(|_| key > 0 && line.as_bytes().get(colon) == Some(&b':'));
+        match value {
+            Some(value) if !value.starts_with([' ', '\t', '\r', '\n', '/', '\\', ':']) && !value.is_empty() => {
+                spaced.push_str(&line[..=colon]);
+                spaced.push(' ');
+                spaced.push_str(value);
+            }
+            _ => spaced.push_str(line),
+        }
+    }
+    spaced
+}
+
+/// JSON without its comments: those from `//`, outside of quotes, to the end of the line.
+fn without_comments(text: &str) -> String {
+    let mut kept = String::with_capacity(text.len());
+    let (mut quoted, mut escaped) = (false, false);
+    for line in text.split_inclusive('\n') {
+        let comment = line.char_indices().find(|&(i, c)| {
+            (quoted, escaped) = (quoted != (c == '"' && !escaped), quoted && c == '\\' && !escaped);
+            !quoted && line[i..].starts_with("//")
+        });
+        kept.push_str(comment.map_or(line, |(i, _)| &line[..i]));
+        if comment.is_some() {
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// The number of values in a tree.
+fn count_values(node: &DocumentNode) -> usize {
+    match &node.value {
+        Value::Scalar(_) => 1,
+        Value::List(items) => 1 + items.iter().map(count_values).sum::<usize>(),
+        Value::Map(entries) => 1 + entries.iter().map(|(_, value)| count_values(value)).sum::<usize>(),
+    }
+}
+
+/// The reason why an event, an empty value, cannot follow the key that waits for it.
+fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<String> {
+    match (event, open.last()) {
+        (Event::Scalar(word, ScalarStyle::Plain, ..), Some((Open::Map(_, Some(key), _), ..)))
+            if word.is_empty() || word == "~" =>
+        {
+            refused_without_value(key)
+        }
+        _ => None,
+    }
+}
+
+fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
+    let mut open: Vec<(Open, usize, usize)> = Vec::new();
+    let mut anchors: HashMap<usize, DocumentNode> = HashMap::new();
+    let mut copied = 0;
+    let mut root: Option<DocumentNode> = None;
+    for event in Parser::new_from_str(body) {
+        let (event, span) = event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
+        let line = span.start.line();
+        let fail = |message: &str| Err(FormatError::line(path, line, message));
+        if let Some(reason) = refused_empty(&event, &open) {
+            return fail(&reason);
+        }
+        let (anchor, done) = match event {
+            Event::Scalar(word, _, anchor, _) => {
+                (anchor, DocumentNode { value: Value::Scalar(word.into_owned()), line })
+            }
+            Event::SequenceStart(anchor, _) | Event::MappingStart(anchor, _) => {
+                if open.len() >= MAX_DEPTH {
+                    return fail("nested too deeply for a calibration");
+                }
+                let new = match event {
+                    Event::SequenceStart(..) => Open::List(vec![]),
+                    _ => Open::Map(vec![], None, HashSet::new()),
+                };
+                open.push((new, line, anchor));
+                continue;
+            }
+            Event::SequenceEnd | Event::MappingEnd => match open.pop() {
+                Some((Open::List(items), line, anchor)) => (anchor, DocumentNode { value: Value::List(items), line }),
+                Some((Open::Map(entries, None, _), line, anchor)) => {
+                    (anchor, DocumentNode { value: Value::Map(entries), line })
+                }
+                _ => return fail("a key without a value"),
+            },
+            Event::Alias(anchor) => {
+                let Some(named) = anchors.get(&anchor) else {
+                    return fail("an alias (*) of a value that is not complete: write the value out");
+                };
+                copied += count_values(named);
+                if copied > MAX_COPIED_VALUES {
+                    return fail("aliases (*) repeat too many values for a calibration: write the values out");
+                }
+                (0, named.clone())
+            }
+            Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentStart(_) | Event::DocumentEnd => {
+                continue;
+            }
+        };
+        if anchor != 0 {
+            anchors.insert(anchor, done.clone());
+        }
+        match open.last_mut() {
+            // Tools end each message with `---`: an empty document after it is none.
+            None if matches!(&done.value, Value::Scalar(word) if word.is_empty() || word == "~") => {}
+            None => match &root {
+                None => root = Some(done),
+                Some(first) if first.same_as(&done) => {}
+                Some(_) => {
+                    return fail(
+                        "a second document that differs from the first: expected one calibration in a file; keep one \
+                         of the messages",
+                    );
+                }
+            },
+            Some((Open::List(items), ..)) => items.push(done),
+            Some((Open::Map(entries, key, known), ..)) => match (key.take(), done) {
+                (Some(key), value) => entries.push((key, value)),
+                (None, DocumentNode { value: Value::Scalar(word), line }) => {
+                    if !known.insert(word.clone()) {
+                        return Err(FormatError::line(path, line, format!("{word} is there twice")));
+                    }
+                    *key = Some(word);
+                }
+                (None, _) => return fail("a key that is no word"),
+            },
+        }
+    }
+    root.ok_or_else(|| FormatError::whole(path, "an empty file"))
+}

@@ -1,0 +1,107 @@
+//! ZIP files, stored or deflated, and gzip. Source: PKWARE's APPNOTE 6.3, sections 4.3 and 4.4; RFC 1952.
+
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::{DeflateDecoder, MultiGzDecoder};
+
+use raycam_formats::Budget;
+use raycam_formats::io::InputFile;
+use raycam_formats::{FormatError, Result};
+
+/// A file in a ZIP file.
+pub(crate) struct ZipMember {
+    pub(crate) name: String,
+    deflated: bool,
+    /// The byte of its local header.
+    header: usize,
+    packed: usize,
+    size: usize,
+}
+
+/// True for the bytes of a ZIP file.
+pub(crate) fn is_zip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04")
+}
+
+/// The file in a gzip file, and any other as it is.
+pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile> {
+    if !source.bytes.starts_with(b"\x1f\x8b") {
+        return Ok(source);
+    }
+    let bytes = unpack(MultiGzDecoder::new(&source.bytes[..]), &source.path, budget)?;
+    Ok(InputFile::new(source.path, bytes))
+}
+
+/// All bytes of a reader, within the budget.
+fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = packed.take(budget.bytes.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|error| FormatError::whole(path, format!("packed data is broken or cut off: {error}")))?;
+    budget.take_bytes(path, bytes.len() as u64)?;
+    Ok(bytes)
+}
+
+fn number(bytes: &[u8], at: usize, count: usize) -> Option<usize> {
+    let field = bytes.get(at..at.checked_add(count)?)?;
+    Some(field.iter().rev().fold(0, |value, byte| value << 8 | usize::from(*byte)))
+}
+
+/// The files of a ZIP file, by its central directory.
+pub(crate) fn members(bytes: &[u8]) -> Result<Vec<ZipMember>, String> {
+    let broken = || "a broken or cut off ZIP file".to_owned();
+    let tail = bytes.len().saturating_sub(22 + 65_535);
+    let end = bytes[tail..].windows(4).rposition(|four| four == b"PK\x05\x06").ok_or_else(broken)? + tail;
+    let count = number(bytes, end + 10, 2).ok_or_else(broken)?;
+    let mut at = number(bytes, end + 16, 4).ok_or_else(broken)?;
+    let mut found = Vec::new();
+    for _ in 0..count {
+        let field = |offset: usize, count: usize| number(bytes, at.checked_add(offset)?, count);
+        let member = || {
+            (bytes.get(at..at + 4)? == b"PK\x01\x02").then_some(())?;
+            let (method, length) = (field(10, 2)?, field(28, 2)?);
+            let name = bytes.get(at + 46..at + 46 + length)?;
+            let member = ZipMember {
+                name: String::from_utf8_lossy(name).into_owned(),
+                deflated: method == 8,
+                header: field(42, 4)?,
+                packed: field(20, 4)?,
+                size: field(24, 4)?,
+            };
+            let next = at + 46 + length + field(30, 2)? + field(32, 2)?;
+            (method == 0 || method == 8).then_some((member, next))
+        };
+        let (member, next) = member().ok_or_else(broken)?;
+        found.push(member);
+        at = next;
+    }
+    Ok(found)
+}
+
+impl ZipMember {
+    /// Its bytes as they are packed.
+    fn packed<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
+        let (name, extra) = (number(bytes, self.header + 26, 2)?, number(bytes, self.header + 28, 2)?);
+        let start = self.header + 30 + name + extra;
+        bytes.get(start..start.checked_add(self.packed)?)
+    }
+
+    /// The first bytes of the file, as many as it has up to a count; None where it is broken.
+    pub(crate) fn start(&self, bytes: &[u8], count: usize) -> Option<Vec<u8>> {
+        let packed = self.packed(bytes)?;
+        let mut start = Vec::new();
+        let read = match self.deflated {
+            true => DeflateDecoder::new(packed).take(count as u64).read_to_end(&mut start),
+            false => packed.take(count as u64).read_to_end(&mut start),
+        };
+        read.ok().map(|_| start)
+    }
+
+    /// The bytes of the file.
+    pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
+        let fail = || FormatError::whole(path, format!("{} in it is cut off", self.name));
+        let packed = self.packed(bytes).ok_or_else(fail)?;
+        let unpacked = if self.deflated { unpack(DeflateDecoder::new(packed), path, budget)? } else { packed.to_vec() };
+        if unpacked.len() == self.size { Ok(unpacked) } else { Err(fail()) }
+    }
+}

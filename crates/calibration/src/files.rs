@@ -1,0 +1,100 @@
+//! Calibration files: contents that are read, hints for reading, and files to write.
+
+use std::path::Path;
+
+use raycam_scene::LensModel;
+
+use crate::CameraRecord;
+use raycam_formats::{FormatError, Result};
+
+/// The contents of a file of cameras.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Calibration {
+    /// The cameras, in the order of the file.
+    pub records: Vec<CameraRecord>,
+    /// Notices: what was left out or repaired.
+    pub notices: Vec<String>,
+    /// True if the file has the poses of a body, and its reader has said what became of the mount.
+    pub poses_of_body: bool,
+}
+
+impl Calibration {
+    pub(crate) fn note(&mut self, notice: impl Into<String>) {
+        self.notices.push(notice.into());
+    }
+}
+
+/// The direction and the camera axes of poses whose file does not state them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoseConvention {
+    /// True for world_from_camera, false for camera_from_world.
+    pub world_from_camera: bool,
+    /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's.
+    pub opengl: bool,
+}
+
+/// Data that a file may lack: trajectories have no intrinsics, some files no size.
+#[derive(Clone, Debug, Default)]
+pub struct ReadHints {
+    /// Columns and rows, where the file has none.
+    pub size: Option<[u32; 2]>,
+    /// The camera whose size, K and lens the poses get, where the file has none.
+    pub intrinsics: Option<CameraRecord>,
+    /// The lens model of coefficients, where the file does not state it.
+    pub lens: Option<LensModel>,
+    /// Direction and axes of poses, where the file does not state them.
+    pub poses: Option<PoseConvention>,
+}
+
+/// Files to write.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutputFiles {
+    /// Names relative to the path of the calibration (empty for that path itself), and bytes.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Notices: what the format holds in another way, or not at all.
+    pub notices: Vec<String>,
+}
+
+impl OutputFiles {
+    /// The single file at the path of the calibration.
+    pub(crate) fn one(text: String) -> Self {
+        Self { files: vec![(String::new(), text.into_bytes())], notices: vec![] }
+    }
+}
+
+impl ReadHints {
+    /// Fills in data that the file of a camera lacks, and checks the camera.
+    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<()> {
+        if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
+            record.k = intrinsics.k;
+            record.lens = intrinsics.lens.clone();
+            record.size = intrinsics.size;
+            record.pixel_center = intrinsics.pixel_center;
+        }
+        if record.size.is_none() {
+            record.size = self.size;
+        }
+        let model = record.lens.coefficients().map(|(model, _)| model);
+        if let Some(lens) = self.lens
+            && model != Some(lens)
+            && !(model.is_none() && lens == LensModel::OpenCv)
+        {
+            return Err(FormatError::whole(
+                path,
+                format!(
+                    "camera {:?} has the lens {:?} by its file, and lens is {:?}: leave it out; it is for files that \
+                     do not state the model of their coefficients",
+                    record.name,
+                    model.map_or("pinhole", LensModel::name),
+                    lens.name()
+                ),
+            ));
+        }
+        if record.size.is_some() && (record.k.is_some() || record.matrix.is_some()) {
+            let mut check = record.clone();
+            check.orthonormalize();
+            check.camera().map_err(|error| FormatError::whole(path, format!("camera {:?}: {error}", record.name)))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,425 @@
+//! The table of calibration formats, and reading and writing by it.
+
+use std::path::Path;
+
+use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
+use raycam_formats::{Budget, FormatError, Result};
+
+use crate::calibration_tools::{basalt, camodocal, kalibr, mrcal};
+use crate::datasets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
+use crate::devices::{aria, real_sense, zed};
+use crate::document::{unread, yaml, zip_members};
+use crate::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
+use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
+use crate::slam_settings::{orb_slam, vins};
+use crate::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
+use crate::view_synthesis::{llff, middlebury, mvsnet, neus};
+use crate::{
+    Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kitti, open_folder, opencv, plausibility,
+    ros,
+};
+
+type Detect = fn(&InputFile, &str) -> bool;
+type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
+type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles>;
+type DetectFolder = fn(&Folder, &mut AssetRoot) -> bool;
+type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
+
+/// A format of calibrations or poses.
+struct CalibrationFormat {
+    name: &'static str,
+    /// True if a file looks like this format, by its bytes, its name and its text (empty for binary files).
+    detect: Detect,
+    read: Read,
+    write: Option<Write>,
+    /// The same for a folder, where the format has one that no single file stands for.
+    folder: Option<(DetectFolder, ReadFolder)>,
+    /// True if the format tells which cameras stand on a rig.
+    supports_rigs: bool,
+    /// True if the format states neither direction nor axes of its poses, and the caller may.
+    open_poses: bool,
+}
+
+const fn reader(name: &'static str, detect: Detect, read: Read) -> CalibrationFormat {
+    CalibrationFormat { name, detect, read, write: None, folder: None, supports_rigs: false, open_poses: false }
+}
+
+impl CalibrationFormat {
+    const fn written(self, write: Write) -> Self {
+        Self { write: Some(write), ..self }
+    }
+
+    const fn in_folders(self, detect: DetectFolder, read: ReadFolder) -> Self {
+        Self { folder: Some((detect, read)), ..self }
+    }
+
+    const fn with_rigs(self) -> Self {
+        Self { supports_rigs: true, ..self }
+    }
+
+    const fn with_open_poses(self) -> Self {
+        Self { open_poses: true, ..self }
+    }
+}
+
+/// Every format; the first that recognises a file reads it: sure marks, as keys, stand before shapes of numbers.
+const FORMATS: &[CalibrationFormat] = &[
+    reader("colmap", colmap::text::detect, colmap::text::read).written(colmap::text::write).with_rigs(),
+    reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),
+    reader("kalibr", kalibr::detect, kalibr::read).written(kalibr::write).with_rigs(),
+    reader("ros", ros::detect, ros::read).written(ros::write).in_folders(ros::detect_pair, ros::read_pair),
+    reader("orb-slam", orb_slam::detect, orb_slam::read).written(orb_slam::write).with_rigs(),
+    reader("vins", vins::detect, vins::read),
+    reader("camodocal", camodocal::detect, camodocal::read).written(camodocal::write),
+    reader("basalt", basalt::detect, basalt::read),
+    reader("mrcal", mrcal::detect, mrcal::read),
+    reader("zed", zed::detect, zed::read),
+    reader("realsense", real_sense::detect, real_sense::read),
+    reader("metashape", metashape::detect, metashape::read),
+    reader("realitycapture", reality_capture::detect, reality_capture::read),
+    reader("realitycapture-xmp", xmp::detect, xmp::read).in_folders(xmp::detect_folder, xmp::read_folder),
+    reader("bundler", bundler::detect, bundler::read),
+    reader("openmvg", open_mvg::detect, open_mvg::read),
+    reader("alicevision", alice_vision::detect, alice_vision::read),
+    reader("opensfm", open_sfm::detect, open_sfm::read),
+    reader("middlebury", middlebury::detect, middlebury::read),
+    reader("mvsnet", mvsnet::detect, mvsnet::read).in_folders(mvsnet::detect_folder, mvsnet::read_folder),
+    reader("neus", neus::detect, neus::read),
+    reader("llff", llff::detect, llff::read),
+    reader("open3d", open3d::detect, open3d::read),
+    reader("polycam", polycam::detect, polycam::read).in_folders(polycam::detect_folder, polycam::read_folder),
+    reader("record3d", record3d::detect, record3d::read),
+    reader("camera-path", camera_path::detect, camera_path::read),
+    reader("nerf", nerf::detect, nerf::read).written(nerf::write),
+    reader("blender", nerf::detect_blender, nerf::read).written(nerf::write_blender),
+    reader("blender-splits", nerf::detect_blender, nerf::read)
+        .written(nerf_splits::write)
+        .in_folders(nerf_splits::detect, nerf_splits::read),
+    reader("3dgs", splats::detect, splats::read).written(splats::write),
+    reader("hot3d", aria::detect, aria::read),
+    reader("bop", bop::detect, bop::read).written(bop::write).in_folders(bop_set::detect, bop_set::read),
+    reader("coco", coco::detect, coco::read),
+    reader("euroc", euroc::detect, euroc::read).written(euroc::write).in_folders(euroc_set::detect, euroc_set::read),
+    reader("arkit", arkit::detect, arkit::read).in_folders(arkit::detect_folder, arkit::read_folder),
+    reader("nuscenes", nu_scenes::detect, nu_scenes::read).in_folders(nu_scenes::detect_folder, nu_scenes::read_folder),
+    reader("replicator", replicator::detect, replicator::read)
+        .in_folders(replicator::detect_folder, replicator::read_folder),
+    reader("argoverse", vehicles::detect_argoverse, vehicles::read_argoverse),
+    reader("waymo", vehicles::detect_waymo, vehicles::read_waymo),
+    reader("opencv", opencv::read::detect, opencv::read::read)
+        .written(opencv::write::write)
+        .in_folders(opencv::pair_folder::detect_folder, opencv::pair_folder::read_folder),
+    reader("kitti", kitti::detect, kitti::read)
+        .written(kitti::write)
+        .in_folders(kitti_set::detect, kitti_set::read)
+        .with_rigs(),
+    reader("kitti-360", kitti360::detect, kitti360::read),
+    reader("redwood", redwood::detect, redwood::read),
+    reader("poses", matrices::detect, matrices::read)
+        .written(matrices::write)
+        .in_folders(matrix_folder::detect, matrix_folder::read)
+        .with_open_poses(),
+    reader("kitti-poses", kitti::detect_poses, kitti::read_poses).written(kitti::write_poses),
+    reader("tum", tum::detect, tum::read).written(tum::write),
+    reader("tum-intrinsics", tum::detect_intrinsics, tum::read_intrinsics).written(tum::write_intrinsics),
+];
+
+/// The names of the formats of [`read`].
+pub fn formats() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().map(|format| format.name)
+}
+
+/// The names of the formats of [`write`].
+pub fn written_formats() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().filter(|format| format.write.is_some()).map(|format| format.name)
+}
+
+/// The names of all formats, for messages.
+fn format_list() -> String {
+    formats().collect::<Vec<_>>().join(", ")
+}
+
+fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
+    FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
+        let hint = raycam_scene::suggestion(name, formats());
+        let known = format_list();
+        FormatError::encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
+    })
+}
+
+/// The cameras in a file, or in a folder, which is opened by what lies in it.
+///
+/// `format` is one of [`formats`]; without it, name and contents tell. `known` is what the file leaves open.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration> {
+    let format = format.map(format_named).transpose()?;
+    if path.is_dir() {
+        return read_folder(path, format, known, budget);
+    }
+    let mut assets = AssetRoot::containing(path, budget);
+    let source = assets.read(path)?;
+    decode_in(source, format, known, &mut assets)
+}
+
+fn read_folder(
+    path: &Path,
+    format: Option<&'static CalibrationFormat>,
+    known: &ReadHints,
+    budget: &Budget,
+) -> Result<Calibration> {
+    let (folder, mut assets) = open_folder::open(path, budget);
+    let wanted = |found: &CalibrationFormat| format.is_none_or(|format| format.name == found.name);
+    let mut files = Vec::new();
+    for file in open_folder::candidates(&folder) {
+        let (source, inside) = open_folder::read_file(path, &file, budget)?;
+        if let Some(found) = detected(&source).filter(|found| wanted(found)) {
+            files.push((file, found, source, inside));
+        }
+    }
+    let whole = |found: &&CalibrationFormat| wanted(found) && found.folder.is_some();
+    let mut folders = Vec::new();
+    for found in FORMATS.iter().filter(whole) {
+        if let Some((detect, read)) = found.folder
+            && detect(&folder, &mut assets)
+        {
+            folders.push((found, read));
+        }
+    }
+    // A data set has K, sizes and poses; a file of poses in it has poses alone.
+    if folders.len() == 1 {
+        files.retain(|(_, found, ..)| !matches!(found.name, "kitti-poses" | "bop" | "tum"));
+    }
+    match (&files[..], &folders[..]) {
+        ([_], []) => {
+            let (_, found, source, mut inside) = files.remove(0);
+            decode_in(source, Some(found), known, &mut inside)
+        }
+        ([], [(found, read)]) => {
+            let calibration = read(&folder, &mut assets, known)?;
+            finish(calibration, found, path, known)
+        }
+        ([], []) => read_only_file(&folder, &wanted, known, budget),
+        _ => {
+            let files = files.iter().map(|(file, found, ..)| {
+                let file = file.strip_prefix(path).unwrap_or(file);
+                format!("{} (format={:?})", file.display(), found.name)
+            });
+            let names = files.chain(folders.iter().map(|(found, _)| format!("format={:?}", found.name)));
+            Err(FormatError::unsupported(
+                path,
+                format!("a folder with several calibrations: give one of {}", names.collect::<Vec<_>>().join(", ")),
+            ))
+        }
+    }
+}
+
+/// The cameras of the only file of a folder that is a calibration, under any name.
+fn read_only_file(
+    folder: &Folder,
+    wanted: &dyn Fn(&CalibrationFormat) -> bool,
+    known: &ReadHints,
+    budget: &Budget,
+) -> Result<Calibration> {
+    let mut found = Vec::new();
+    for file in open_folder::small_files(folder) {
+        let (source, inside) = open_folder::read_file(&folder.path, &file, budget)?;
+        if let Some(format) = detected(&source).filter(|format| wanted(format)) {
+            found.push((source, format, inside));
+        }
+    }
+    match &found[..] {
+        [] => Err(FormatError::unsupported(
+            &folder.path,
+            "a folder in which raycam finds no calibration: a COLMAP model (also in sparse/0), transforms.json, pose/, \
+             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that names the whole; give a file of it",
+        )),
+        [_] => {
+            let (source, format, mut inside) = found.remove(0);
+            let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
+            calibration.note(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            Ok(calibration)
+        }
+        several => {
+            let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let some = several.iter().take(8);
+            let names: Vec<_> =
+                some.map(|(source, format, _)| format!("{} ({})", name(&source.path), format.name)).collect();
+            Err(FormatError::unsupported(
+                &folder.path,
+                format!(
+                    "a folder with {} calibrations, and none that names the whole: give one of {}{}",
+                    several.len(),
+                    names.join(", "),
+                    if several.len() > 8 { ", ..." } else { "" }
+                ),
+            ))
+        }
+    }
+}
+
+/// The format of a file, by its bytes and its name.
+fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    FORMATS.iter().find(|format| (format.detect)(source, text))
+}
+
+/// The cameras in the bytes of a single file. `path` names it in errors; nothing else is read.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn decode(
+    bytes: Vec<u8>,
+    path: &Path,
+    format: Option<&str>,
+    known: &ReadHints,
+    budget: &Budget,
+) -> Result<Calibration> {
+    let mut assets = AssetRoot::containing(path, budget);
+    assets.budget.take_bytes(path, bytes.len() as u64)?;
+    let source = InputFile::new(path, bytes);
+    decode_in(source, format.map(format_named).transpose()?, known, &mut assets)
+}
+
+fn decode_in(
+    mut source: InputFile,
+    format: Option<&'static CalibrationFormat>,
+    known: &ReadHints,
+    assets: &mut AssetRoot,
+) -> Result<Calibration> {
+    source = zip_members::unpacked(source, &mut assets.budget)?;
+    source.bytes = without_utf16(source.bytes);
+    let named = format.is_some();
+    let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
+    let calibration = (format.read)(&source, assets, known);
+    calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
+        FormatError::Syntax { path, location, message } if !named => {
+            let text = format!("{message} (read as {})", format.name);
+            FormatError::Syntax { path, location, message: message.with_text(text) }
+        }
+        error => error,
+    })
+}
+
+/// The error of a file that no reader recognises.
+fn unknown_file(source: &InputFile) -> FormatError {
+    let known = format_list();
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    if let Some((name, way)) = unread::name_of(&source.bytes, text) {
+        return FormatError::unsupported(
+            &source.path,
+            format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
+        );
+    }
+    if source.path.extension().is_some_and(|ending| ending == "tfrecord") {
+        return FormatError::unsupported(
+            &source.path,
+            "a TFRecord, as Waymo's are, which raycam does not read: write camera_calibrations of a frame's context as \
+             JSON (google.protobuf.json_format.MessageToJson)",
+        );
+    }
+    let document = source.path.extension().is_some_and(|ending| ["yaml", "yml", "json"].iter().any(|e| ending == *e));
+    let broken = if document { yaml::parse(text, &source.path).err() } else { None };
+    let broken = broken.map_or_else(String::new, |error| format!(". As YAML or JSON: {error}"));
+    FormatError::unsupported(
+        &source.path,
+        format!(
+            "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
+             format's reader says in which line the file is something else{broken}"
+        ),
+    )
+}
+
+/// Gives the size that all others have to cameras with K whose picture is not there, and returns the notice of it.
+fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> {
+    let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
+    let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
+    if records.iter().any(|record| !lacks(record) && record.size != Some(size)) {
+        return None;
+    }
+    let mut lent = 0;
+    for record in records.iter_mut().filter(|record| lacks(record)) {
+        record.size = Some(size);
+        lent += 1;
+    }
+    (lent > 0).then(|| {
+        format!(
+            "{lent} cameras whose size is not known have that of the others, {} x {} (size= says another)",
+            size[0], size[1]
+        )
+    })
+}
+
+/// Fills in what a file leaves open, and checks its cameras.
+fn finish(
+    mut calibration: Calibration,
+    format: &CalibrationFormat,
+    path: &Path,
+    known: &ReadHints,
+) -> Result<Calibration> {
+    if calibration.records.is_empty() {
+        let said = calibration.notices.join("; ");
+        let said = if said.is_empty() { said } else { format!(" ({said})") };
+        return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
+    }
+    if known.poses.is_some() && !format.open_poses {
+        return Err(FormatError::whole(
+            path,
+            format!("read as {}, which states the direction and the axes of its poses: leave them out", format.name),
+        ));
+    }
+    if let Some(intrinsics) = &known.intrinsics
+        && !calibration.poses_of_body
+        && calibration.records.iter().any(|record| record.k.is_none() && record.matrix.is_none())
+        && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
+    {
+        calibration.note(
+            "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
+             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
+        );
+    }
+    calibration.notices.extend(lend_size(&mut calibration.records, known));
+    for record in &mut calibration.records {
+        known.fill_missing(record, path)?;
+        if let Some(notice) = record.orthonormalize() {
+            calibration.notices.push(notice);
+        }
+    }
+    calibration.notices.extend(plausibility::check_cameras(&calibration.records, path)?);
+    Ok(calibration)
+}
+
+/// The files of `format` that hold the cameras; `path` is where they will be.
+///
+/// # Errors
+/// [`FormatError::Encode`] names what the format cannot hold.
+pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
+    let format = format_named(format)?;
+    if records.is_empty() {
+        return Err(FormatError::encode("no camera to write"));
+    }
+    let Some(write) = format.write else {
+        let known = written_formats().collect::<Vec<_>>().join(", ");
+        return Err(FormatError::encode(format!("{} is read and not written; written are {known}", format.name)));
+    };
+    let mut written = write(records, path)?;
+    for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
+        written.notices.push(format!(
+            "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
+            record.name,
+            match record.unsupported[..] {
+                [one] => format!("{one} is"),
+                _ => format!("{} are", record.unsupported.join(" and ")),
+            }
+        ));
+    }
+    if !format.supports_rigs && records.iter().any(|record| record.mount.is_some()) {
+        written.notices.push(format!(
+            "{} does not say which cameras stand on a rig; they are where they stand in the world",
+            format.name
+        ));
+    }
+    Ok(written)
+}

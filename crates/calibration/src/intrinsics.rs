@@ -1,0 +1,74 @@
+//! K from the numbers that files have, and the lens terms that raycam has no model for.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::CameraRecord;
+use raycam_formats::{FormatError, Result};
+
+/// K without skew.
+pub(crate) fn pinhole_matrix([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
+    DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
+}
+
+/// OpenCV's lens of radial and tangential terms; a pinhole where all are 0.
+pub(crate) fn brown_lens(k1: f64, k2: f64, p1: f64, p2: f64, k3: f64) -> Result<Lens, String> {
+    let terms = [k1, k2, p1, p2, k3];
+    if terms == [0.0; 5] {
+        return Ok(Lens::Pinhole);
+    }
+    Lens::new(LensModel::OpenCv, if k3 == 0.0 { &terms[..4] } else { &terms }).map_err(|error| error.to_string())
+}
+
+/// The lens of a model; a pinhole for OpenCV's without any coefficient.
+pub(crate) fn lens_of(model: LensModel, coefficients: &[f64]) -> Result<Lens, String> {
+    if model == LensModel::OpenCv && coefficients.iter().all(|value| *value == 0.0) {
+        return Ok(Lens::Pinhole);
+    }
+    Lens::new(model, coefficients).map_err(|error| error.to_string())
+}
+
+/// Refuses the first term that is not 0, of those that raycam has no model for.
+pub(crate) fn refuse_terms<'a>(terms: impl IntoIterator<Item = (&'a str, f64)>) -> Result<(), String> {
+    match terms.into_iter().find(|(_, value)| *value != 0.0) {
+        None => Ok(()),
+        Some((name, value)) => Err(format!(
+            "{name} is {value}, a lens term that raycam has no model for: calibrate without it, or undistort the \
+             pictures with the program that wrote the file; without it the picture would be another"
+        )),
+    }
+}
+
+/// Makes a record the whole panorama of its size.
+pub(crate) fn set_panorama(record: &mut CameraRecord) -> Result<(), String> {
+    let Some(size) = record.size else {
+        return Err("a panorama needs its size: give it (--size WIDTHxHEIGHT, size=(width, height))".into());
+    };
+    if size[0] != 2 * size[1] {
+        return Err(format!("a panorama of {} x {}: expected twice as wide as high", size[0], size[1]));
+    }
+    let lens = Lens::new(LensModel::Equirectangular, &[]).map_err(|error| error.to_string())?;
+    record.k = lens.full_panorama(size, record.pixel_center);
+    record.lens = lens;
+    Ok(())
+}
+
+/// The middle of a picture.
+pub(crate) fn middle_of(size: [u32; 2], center: PixelCenter) -> [f64; 2] {
+    size.map(|side| 0.5 * f64::from(side) - 0.5 + center.offset())
+}
+
+/// The size that only the caller knows.
+pub(crate) fn require_known_size(size: Option<[u32; 2]>, path: &Path, format: &str) -> Result<[u32; 2]> {
+    size.ok_or_else(|| {
+        FormatError::whole(
+            path,
+            format!(
+                "{format} does not say how large the pictures are, no picture lies where it names them, and K needs \
+                 their size: give it (--size WIDTHxHEIGHT, size=(width, height))"
+            ),
+        )
+    })
+}

@@ -1,0 +1,121 @@
+//! Folders, opened by what lies in them.
+
+use std::path::{Component, Path, PathBuf};
+
+use crate::Folder;
+use crate::document::zip_members;
+use raycam_formats::Budget;
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
+
+/// Files that are a calibration of a whole folder by their name; the first of a line alone counts.
+const FILES: [&[&str]; 29] = [
+    &["cameras.bin", "cameras.txt"],
+    &["sparse/0/cameras.bin", "sparse/0/cameras.txt"],
+    &["sparse/cameras.bin", "sparse/cameras.txt"],
+    &["colmap/sparse/0/cameras.bin", "colmap/sparse/0/cameras.txt"],
+    &["transforms.json"],
+    &["cameras.json"],
+    &["metadata.json", "metadata"],
+    &["reconstruction.json"],
+    &["sfm_data.json"],
+    &["cameras.sfm", "sfm.json"],
+    &["cameras.xml"],
+    &["poses_bounds.npy"],
+    &["cameras_sphere.npz", "cameras.npz"],
+    &["traj.txt", "traj_w_c.txt"],
+    &["groundtruth.txt"],
+    &["cam0_to_world.txt"],
+    &["calib_cam_to_pose.txt"],
+    &["calib_cam_to_cam.txt"],
+    &["calib.txt"],
+    &["scene_camera.json"],
+    &["bundle.out"],
+    &["intrinsics.yml", "intrinsics.yaml", "intrinsics.xml"],
+    &["camera_path.json"],
+    &["camchain.yaml", "kalibr_imucam_chain.yaml"],
+    &["camera_matrix.npy", "mtx.npy", "K.npy", "cameraMatrix.npy", "K1.npy", "camera_matrix_left.npy"],
+    &["annotations/instances.json"],
+    &["camera_info.yaml"],
+    &["calibration.yaml", "calibration.yml", "calibration.json", "calibration.xml"],
+    &["camera.yaml", "camera.yml", "camera.json", "camera.xml"],
+];
+
+/// Endings of calibrations (those of packed ones before `.gz`), and the largest file and the most files of any name that
+/// are looked into where several could be one.
+const ENDINGS: [&str; 18] = [
+    "yaml",
+    "yml",
+    "json",
+    "xml",
+    "txt",
+    "csv",
+    "npz",
+    "npy",
+    "ini",
+    "conf",
+    "out",
+    "sfm",
+    "log",
+    "traj",
+    "pincam",
+    "xmp",
+    "cameramodel",
+    "r3d",
+];
+const MAX_BYTES: u64 = 4 << 20;
+const MAX_FILES: usize = 64;
+
+/// A folder with the assets that its files may name: those beside it too.
+pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
+    let root = match path.components().next_back() {
+        Some(Component::Normal(_)) => path.parent().unwrap_or(path),
+        _ => path,
+    };
+    let assets = AssetRoot::new(root, budget);
+    (Folder::open(path, &assets), assets)
+}
+
+/// The files of a folder that may be calibrations of it as a whole.
+pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
+    let plain_or_packed = |name: &&str| [folder.path.join(name), folder.path.join(format!("{name}.gz"))];
+    let first = |names: &&[&str]| names.iter().flat_map(plain_or_packed).find(|path| path.is_file());
+    FILES.iter().filter_map(first).collect()
+}
+
+/// Files of a folder whose endings are those of calibrations: the only one, or small ones, or none where they are too
+/// many; a small file that is alone has any ending.
+pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
+    let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
+    let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));
+    let files: Vec<PathBuf> = paths.filter(|path| path.is_file()).collect();
+    if let [only] = &files[..]
+        && small(only)
+    {
+        return files;
+    }
+    let mut found: Vec<PathBuf> = files.into_iter().filter(|path| has_known_ending(path)).take(MAX_FILES + 1).collect();
+    if found.len() > 1 {
+        found.retain(small);
+    }
+    if found.len() > MAX_FILES { vec![] } else { found }
+}
+
+fn has_known_ending(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending))
+}
+
+/// A file of a folder, with the assets that it may name.
+pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(InputFile, AssetRoot)> {
+    let root = match folder.components().next_back() {
+        Some(Component::Normal(_)) => folder.parent().unwrap_or(folder),
+        _ => folder,
+    };
+    let mut assets = AssetRoot::of_file(file, Some(root), budget);
+    let packed = assets.read(file)?;
+    let mut source = zip_members::unpacked(packed, &mut assets.budget)?;
+    source.bytes = without_utf16(source.bytes);
+    Ok((source, assets))
+}

@@ -1,0 +1,325 @@
+//! The words that people use for the parts of a calibration, compared without case, `_`, `-`, `.` and spaces.
+
+use crate::document::Cursor;
+use crate::document::lens_keys::plain;
+use raycam_formats::Result;
+
+/// K, of 9 numbers or of 4: fx, fy, cx, cy.
+pub(super) const K: [&str; 26] = [
+    "cameramatrix",
+    "cameramat",
+    "cammatrix",
+    "cammat",
+    "cammtx",
+    "cameramtx",
+    "camk",
+    "k",
+    "m",
+    "mtx",
+    "matrix",
+    "intrinsic",
+    "intrinsics",
+    "intrinsicmatrix",
+    "intrinsicsmatrix",
+    "cameraintrinsic",
+    "cameraintrinsics",
+    "intrinsicmat",
+    "intrinsicparameters",
+    "intrinsicparams",
+    "calibrationmatrix",
+    "cameraintrinsicmatrix",
+    "cameraintrinsicsmatrix",
+    "kmatrix",
+    "kmat",
+    "kmtx",
+];
+/// The coefficients of the lens.
+pub(super) const LENS: [&str; 36] = [
+    "distortioncoefficients",
+    "distortioncoefficient",
+    "distortioncoeffs",
+    "distortioncoeff",
+    "distortioncoefs",
+    "distortioncoef",
+    "distcoefficients",
+    "distcoeffs",
+    "distcoeff",
+    "distcoefs",
+    "distcoef",
+    "distortion",
+    "distortions",
+    "distortionparameters",
+    "distortionparams",
+    "distortionvector",
+    "lensdistortion",
+    "dist",
+    "dcoeffs",
+    "dcoefs",
+    "dmtx",
+    "dmat",
+    "dvec",
+    "distvec",
+    "distvector",
+    "distparams",
+    "distparameters",
+    "coeffs",
+    "coefs",
+    "coefficients",
+    "lenscoeffs",
+    "lenscoefficients",
+    "radialtangential",
+    "distorsion",
+    "kc",
+    "d",
+];
+/// The coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
+pub(super) const RADIAL: [&str; 4] =
+    ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];
+pub(super) const TANGENTIAL: [&str; 4] =
+    ["tangentialdistortion", "tangentialdistortioncoefficients", "tangentialcoefficients", "tangentialcoeffs"];
+/// The coefficients by names of their own, in OpenCV's order.
+pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
+pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
+pub(super) const SKEW: [&str; 1] = ["skew"];
+/// Columns and rows.
+pub(super) const SIZE: [&str; 13] = [
+    "imagesize",
+    "imgsize",
+    "framesize",
+    "dim",
+    "dims",
+    "resolution",
+    "imageresolution",
+    "size",
+    "picturesize",
+    "imagedimensions",
+    "cameraresolution",
+    "videoresolution",
+    "videosize",
+];
+/// Rows and columns, as NumPy's `shape` has them.
+pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
+pub(super) const WIDTH: [&str; 11] = [
+    "imagewidth",
+    "imgwidth",
+    "width",
+    "w",
+    "imagew",
+    "imgw",
+    "imwidth",
+    "framewidth",
+    "camerawidth",
+    "camwidth",
+    "widthpx",
+];
+pub(super) const HEIGHT: [&str; 11] = [
+    "imageheight",
+    "imgheight",
+    "height",
+    "h",
+    "imageh",
+    "imgh",
+    "imheight",
+    "frameheight",
+    "cameraheight",
+    "camheight",
+    "heightpx",
+];
+pub(super) const MODEL: [&str; 7] =
+    ["distortionmodel", "distmodel", "lensmodel", "cameramodel", "cameratype", "model", "projectionmodel"];
+pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
+pub(super) const XI: [&str; 1] = ["xi"];
+/// The pose of one camera, camera from world.
+pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotmat", "rmat", "rstereo"];
+pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
+pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
+pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
+/// The poses of the views of a board: of six numbers each, or of three in two lists.
+pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
+pub(super) const RVECS: [&str; 2] = ["rvecs", "rotationvectors"];
+pub(super) const TVECS: [&str; 2] = ["tvecs", "translationvectors"];
+/// The parts of a rectified pair, which follow from the raw cameras.
+pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
+/// Further keys that are known: they are read elsewhere, or do not change the picture.
+const OTHER: [&str; 42] = [
+    "newcameramtx",
+    "newcameramatrix",
+    "optimalcameramatrix",
+    "roi",
+    "map1",
+    "map2",
+    "mapx",
+    "mapy",
+    "name",
+    "cameraname",
+    "tbs",
+    "time",
+    "calibrationtime",
+    "nframes",
+    "nrofframes",
+    "boardwidth",
+    "boardheight",
+    "boardsize",
+    "squaresize",
+    "aspectratio",
+    "flags",
+    "rms",
+    "ret",
+    "error",
+    "reproerror",
+    "reprojectionerror",
+    "avgreprojectionerror",
+    "meanreprojectionerror",
+    "perviewreprojectionerrors",
+    "imagepoints",
+    "gridpoints",
+    "objectpoints",
+    "images",
+    "e",
+    "f",
+    "essentialmatrix",
+    "fundamentalmatrix",
+    "comment",
+    "sensortype",
+    "ratehz",
+    "rate",
+    "date",
+];
+
+/// The marks of keys of one camera, and of either of a pair: at the end of a key or at its beginning.
+const MARKS: [&str; 12] = ["", "0", "1", "2", "left", "right", "l", "r", "cam0", "cam1", "cam2", "camera1"];
+
+/// True if a key is one of a calibration, of one camera or of either of a pair.
+pub(super) fn is_known(key: &str) -> bool {
+    let key = plain(key);
+    MARKS.iter().any(|end| {
+        let bases = [key.strip_suffix(end), key.strip_prefix(end)];
+        bases.into_iter().flatten().any(|base| is_base(base) && !OTHER.contains(&base) || RECTIFIED.contains(&base))
+    })
+}
+
+/// True if a key is that of K, of one camera or of either of a pair.
+pub(super) fn is_camera_matrix(key: &str) -> bool {
+    let key = plain(key);
+    MARKS
+        .iter()
+        .any(|end| [key.strip_suffix(end), key.strip_prefix(end)].into_iter().flatten().any(|base| K.contains(&base)))
+}
+
+/// True if a key without a mark is one that the reader knows.
+fn is_base(base: &str) -> bool {
+    let groups: [&[&str]; 22] = [
+        &K,
+        &LENS,
+        &COEFFICIENTS,
+        &FOCALS,
+        &SKEW,
+        &RADIAL,
+        &TANGENTIAL,
+        &SIZE,
+        &SHAPE,
+        &WIDTH,
+        &HEIGHT,
+        &MODEL,
+        &FISHEYE,
+        &XI,
+        &R,
+        &T,
+        &RVEC,
+        &TVEC,
+        &VIEWS,
+        &RVECS,
+        &TVECS,
+        &OTHER,
+    ];
+    groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
+}
+
+/// True for the name of a standard deviation, which OpenCV's programs write beside the numbers.
+fn is_deviation(base: &str) -> bool {
+    ["stddev", "stdev", "std", "stddeviation", "stddeviations"].iter().any(|end| base.ends_with(end))
+        || base.starts_with("stddev")
+}
+
+/// True for a map of keys, which is no matrix of OpenCV.
+pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
+    at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
+}
+
+/// True for numbers that may be K, or fx, fy, cx and cy; also where some of them are none, which the reader says.
+pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
+    let data = at.get("data").unwrap_or_else(|| at.clone());
+    let rows = data.list().unwrap_or_default();
+    let cells = rows.into_iter().flat_map(|row| row.list().unwrap_or_else(|_| vec![row]));
+    let is_number = |word: &str| word.trim_start_matches('.').parse::<f64>().is_ok();
+    let found: Vec<bool> = cells.map(|cell| cell.word().is_ok_and(is_number)).collect();
+    (3..=16).contains(&found.len()) && 2 * found.iter().filter(|number| **number).count() > found.len()
+}
+
+/// The keys of one camera: those without a mark, or those that end or begin with the mark of its side.
+#[derive(Clone)]
+pub(super) struct KeyView<'a> {
+    pub(super) at: Cursor<'a>,
+    /// The marks of the side, as `1` and `left`; empty for keys without a mark.
+    pub(super) side: &'static [&'static str],
+}
+
+impl<'a> KeyView<'a> {
+    /// The key without the mark of the side; None for keys of another side.
+    fn base(&self, key: &str) -> Vec<String> {
+        let key = plain(key);
+        if self.side.is_empty() {
+            return vec![key];
+        }
+        let stripped = |mark: &&str| [key.strip_suffix(*mark), key.strip_prefix(*mark)];
+        self.side.iter().flat_map(stripped).flatten().map(str::to_owned).collect()
+    }
+
+    /// True if a key has one of some names.
+    fn has_name(&self, key: &str, names: &[&str]) -> bool {
+        self.base(key).iter().any(|base| names.contains(&base.as_str()))
+    }
+
+    /// The values of all keys of some names, here and in the map of the intrinsics.
+    pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
+        let entries = self.at.entries().unwrap_or_default();
+        let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
+        let wanted = |(key, at): &(&str, Cursor<'a>)| {
+            self.has_name(key, names) && !at.is_null() && !(self.has_name(key, &K) && is_keyed(at))
+        };
+        entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
+    }
+
+    /// The intrinsics by the names of their numbers, in a map of their own: `intrinsics: {fx: ..., fy: ...}`.
+    pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
+        let entries = self.at.entries().ok()?;
+        let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));
+        maps.next().map(|(_, at)| KeyView { at, side: &[] })
+    }
+
+    /// The value of the names, of which several keys have to say the same.
+    pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
+        let found = self.all(names);
+        let words = |at: &Cursor<'_>| match at.numbers() {
+            Ok(numbers) => format!("{numbers:?}"),
+            Err(_) => format!("{:?}", at.node.value),
+        };
+        if let Some(other) = found.iter().skip(1).find(|other| words(other) != words(&found[0])) {
+            return Err(other.fail(format_args!(
+                "{} (line {}) is another value of the same thing: expected one of them",
+                found[0].key, found[0].node.line
+            )));
+        }
+        Ok(found.into_iter().next())
+    }
+
+    /// True if the key is of a rectified pair.
+    pub(super) fn is_rectified(&self, key: &str) -> bool {
+        self.base(key).iter().any(|base| RECTIFIED.contains(&base.as_str()))
+    }
+
+    /// True if the key is one of those that the reader knows.
+    pub(super) fn knows(&self, key: &str) -> bool {
+        self.base(key).iter().any(|base| is_base(base))
+    }
+}

@@ -1,0 +1,161 @@
+//! The lens of an OpenCV file. Its coefficients are OpenCV's, of `cv2.calibrateCamera` or of `cv2.fisheye.calibrate`;
+//! where a file may mean either, the reader asks.
+
+use raycam_scene::{Lens, LensModel};
+
+use crate::ReadHints;
+use crate::document::{Cursor, Value, lens_keys::plain, lens_named};
+use crate::opencv::keys::{self, KeyView};
+use raycam_formats::Result;
+
+/// The lens, of the model that the file or the caller states.
+pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
+    let (shown, numbers) = coefficients(view)?;
+    let shown = shown.unwrap_or_else(|| view.at.clone());
+    let fail = |error: &dyn std::fmt::Display| shown.fail(error);
+    if let Some(xi) = view.find_value(&keys::XI)? {
+        let xi = match xi.node.value {
+            Value::Scalar(_) => xi.number()?,
+            _ => xi.array::<1>()?[0],
+        };
+        return Lens::new(LensModel::Omni, &[&[xi], &numbers[..]].concat()).map_err(|error| fail(&error));
+    }
+    let stated = stated(view)?;
+    if let (Some((at, stated)), Some(lens)) = (&stated, hints.lens)
+        && lens_named(stated, &numbers).is_ok_and(|made| made.coefficients().is_some_and(|(model, _)| model != lens))
+    {
+        return Err(at.fail(format_args!("{stated:?}, and lens is {:?}: expected one of them", lens.name())));
+    }
+    if let Some(lens) = hints.lens {
+        let plain = numbers.is_empty() && lens == LensModel::OpenCv;
+        return if plain { Ok(Lens::Pinhole) } else { Lens::new(lens, &numbers).map_err(|error| fail(&error)) };
+    }
+    match stated {
+        Some((_, stated)) => lens_named(stated, &numbers).map_err(|message| fail(&message)),
+        None if may_be_fisheye(view, &shown, &numbers) => Err(shown.fail(
+            "four coefficients, and the file does not say of which model: k1 k2 p1 p2 of cv2.calibrateCamera, or k1 \
+             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, lens=\"opencv\" or \"fisheye\"), or write \
+             distortion_model into the file",
+        )),
+        None => lens_named("opencv", &numbers).map_err(|message| fail(&message)),
+    }
+}
+
+/// The coefficients, in a list or by their names, and the place of the list.
+fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
+    let list = view.find_value(&keys::LENS)?;
+    if let Some(at) = view.find_value(&keys::RADIAL)? {
+        return radial_and_tangential(view, list, at);
+    }
+    let named = match &list {
+        Some(at) if keys::is_keyed(at) => KeyView { at: at.clone(), side: &[] },
+        _ => view.clone(),
+    };
+    let mut values: Vec<(usize, f64)> = Vec::new();
+    for (i, key) in keys::COEFFICIENTS.into_iter().enumerate() {
+        let mut found = named.all(&[key]).into_iter();
+        // K1 may be the matrix of a pair.
+        if let Some(at) = found.find(|at| matches!(at.node.value, Value::Scalar(_))) {
+            values.push((i, at.number()?));
+        }
+    }
+    if let (Some(at), false) = (&list, list.as_ref().is_some_and(keys::is_keyed)) {
+        if let Some(&(i, _)) = values.iter().find(|(_, value)| *value != 0.0) {
+            return Err(at.fail(format_args!(
+                "the lens is there twice, here and as {}: expected one of them",
+                keys::COEFFICIENTS[i]
+            )));
+        }
+        let one = matches!(at.node.value, Value::Scalar(_));
+        return Ok((list.clone(), if one { vec![at.number()?] } else { at.numbers()? }));
+    }
+    if let Some(at) = &list {
+        at.unread_keys(|key| keys::COEFFICIENTS.contains(&plain(key).as_str()))?;
+    }
+    let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
+    let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
+    if is_fisheye || values.iter().any(|&(i, value)| i == 5 && value != 0.0) && !values.iter().any(|v| v.0 == 6) {
+        // k1 k2 k3 k4 are all that there is.
+        let mut four = vec![0.0; 4];
+        for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
+            let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has k1 k2 k3 k4 alone"))?;
+            four[place] = value;
+        }
+        return Ok((Some(named.at), four));
+    }
+    let last = values.iter().filter(|(_, value)| *value != 0.0).map(|(i, _)| *i).max();
+    let count = last.map_or(0, |last| [4, 5, 8, 12].into_iter().find(|count| last < *count).unwrap_or(12));
+    let mut numbers = vec![0.0; count];
+    for (i, value) in values.into_iter().filter(|(i, _)| *i < count) {
+        numbers[i] = value;
+    }
+    Ok((list.or((count > 0).then_some(named.at)), numbers))
+}
+
+/// The coefficients of two lists, as MATLAB has them.
+fn radial_and_tangential<'a>(
+    view: &KeyView<'a>,
+    list: Option<Cursor<'a>>,
+    at: Cursor<'a>,
+) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
+    if let Some(other) = list {
+        return Err(at.fail(format_args!("the lens is there twice, here and as {}: expected one of them", other.key)));
+    }
+    let k = at.numbers()?;
+    let p = view.find_value(&keys::TANGENTIAL)?.map_or(Ok([0.0; 2]), |at| at.array())?;
+    let numbers = match k[..] {
+        [k1, k2] => vec![k1, k2, p[0], p[1]],
+        [k1, k2, k3] => vec![k1, k2, p[0], p[1], k3],
+        [k1, k2, k3, k4, k5, k6] => vec![k1, k2, p[0], p[1], k3, k4, k5, k6],
+        _ => return Err(at.fail(format_args!("{} numbers, expected k1 k2, k3 with them, or k1 to k6", k.len()))),
+    };
+    Ok((Some(at), numbers))
+}
+
+/// The name of the model that the file states, and its place.
+fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
+    if let Some(at) = view.find_value(&keys::FISHEYE)? {
+        match at.word()? {
+            "0" | "false" | "False" => return Ok(Some((at, "opencv"))),
+            "1" | "true" | "True" => return Ok(Some((at, "fisheye"))),
+            other => return Err(at.fail(format_args!("{other:?}; expected 0 or 1"))),
+        }
+    }
+    let mut found: Option<(Cursor<'a>, &'a str)> = None;
+    for at in view.all(&keys::MODEL) {
+        let word = at.word()?;
+        let name = match &plain(word)[..] {
+            // The projection; the lens has a key of its own, or is OpenCV's.
+            "pinhole" | "perspective" | "standard" | "opencvpinhole" => continue,
+            "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
+            | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" => "opencv",
+            "fisheye" | "equidistant" | "equi" | "kannalabrandt" | "kannalabrandt8" | "kb" | "kb4"
+            | "opencvfisheye" | "pinholefisheye" | "pinholeequi" | "cv2.fisheye" => "fisheye",
+            _ => word,
+        };
+        if let Some((other, before)) = &found
+            && *before != name
+        {
+            return Err(at.fail(format_args!("{word:?}, and {} (line {}) differs", other.key, other.node.line)));
+        }
+        found = Some((at, name));
+    }
+    Ok(found)
+}
+
+/// True if four coefficients are as likely those of `cv2.fisheye`: its tutorials write DIM, K and D.
+fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bool {
+    if numbers.len() != 4 {
+        return false;
+    }
+    let key = plain(shown.key.rsplit('.').next().unwrap_or_default());
+    let is_d = key.starts_with('d') && !key.starts_with("dist") && !key.starts_with("dc");
+    let named = shown.is_map() && shown.get("data").is_none();
+    let only_radial = named && view.all(&["p1", "p2"]).is_empty() && !view.all(&["k4"]).is_empty();
+    let stereo_calib = view.at.get("M1").is_some();
+    let says = |word: &str| plain(word).contains("fisheye");
+    let hinted = !view.all(&["dim"]).is_empty()
+        || shown.file_name().is_some_and(|name| says(&name))
+        || view.at.entries().is_ok_and(|entries| entries.iter().any(|(key, _)| says(key)));
+    (is_d && !stereo_calib) || only_radial || hinted
+}

@@ -1,0 +1,64 @@
+//! The two cameras of a pair in files of their own, left and right, with R and T in a third one.
+
+use crate::document::Cursor;
+use crate::opencv::camera;
+use crate::opencv::keys::KeyView;
+use crate::opencv::read::{detect, read};
+use crate::opencv::stereo::place_second;
+use crate::opencv::storage::parse;
+use crate::{Calibration, Folder, ReadHints};
+use raycam_formats::io::AssetRoot;
+use raycam_formats::{FormatError, Result};
+
+const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
+
+/// The only file whose name begins with a word.
+fn file_of<'a>(folder: &'a Folder, word: &str) -> Option<&'a String> {
+    let known = |name: &&String| {
+        let lower = name.to_lowercase();
+        let unpacked = lower.strip_suffix(".gz").unwrap_or(&lower);
+        lower.starts_with(word) && ENDINGS.iter().any(|ending| unpacked.ends_with(ending))
+    };
+    let mut found = folder.names.iter().filter(known);
+    found.next().filter(|_| found.next().is_none())
+}
+
+pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
+    ["left", "right"].iter().all(|side| {
+        let source = file_of(folder, side).and_then(|name| folder.read(name, assets).ok());
+        source.is_some_and(|source| {
+            let text = source.text().unwrap_or_default();
+            detect(&source, text) && !crate::ros::detect(&source, text)
+        })
+    })
+}
+
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let fail = || FormatError::unsupported(&folder.path, "expected a file of the left and one of the right camera");
+    let mut calibration = Calibration::default();
+    for side in ["left", "right"] {
+        let name = file_of(folder, side).ok_or_else(fail)?;
+        let mut found = read(&folder.read(name, assets)?, assets, hints)?;
+        let [record] = &mut found.records[..] else {
+            let message = format!("{} cameras, expected the {side} one alone", found.records.len());
+            return Err(FormatError::whole(&folder.file(name), message));
+        };
+        record.name = side.into();
+        record.pose = None;
+        calibration.records.append(&mut found.records);
+        calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{name}: {notice}")));
+    }
+    let mut pose = None;
+    for word in ["extrinsic", "stereo", "right"] {
+        if let (None, Some(name)) = (&pose, file_of(folder, word)) {
+            let source = folder.read(name, assets)?;
+            let node = parse(&source, assets)?;
+            pose = camera::pose(&KeyView { at: Cursor::root(&node, &source.path), side: &[] })?;
+            if pose.is_some() {
+                calibration.note(format!("R and T are those of {name}: from the left camera to the right one"));
+            }
+        }
+    }
+    place_second(pose, &mut calibration);
+    Ok(calibration)
+}

@@ -1,0 +1,101 @@
+//! The two cameras of a stereo calibration: `M1 D1 M2 D2 R T` of OpenCV's `stereo_calib`, `K_left`, `mtxR`, and more.
+
+use std::path::Path;
+
+use crate::document::{Cursor, zip_members};
+use crate::opencv::camera;
+use crate::opencv::keys::{self, KeyView};
+use crate::opencv::storage::parse;
+use crate::rig::one_rig;
+use crate::{Calibration, Pose, ReadHints};
+use raycam_formats::Result;
+use raycam_formats::io::AssetRoot;
+
+/// The marks of keys of the first and of the second camera.
+const SIDES: [(&str, [&[&str]; 2]); 3] = [
+    ("camera", [&["1", "cam1", "camera1"], &["2", "cam2", "camera2"]]),
+    ("", [&["left", "l"], &["right", "r"]]),
+    ("camera", [&["0", "cam0", "camera0"], &["1", "cam1", "camera1"]]),
+];
+
+/// The two cameras, each with its name.
+pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> {
+    SIDES.iter().find_map(|(name, sides)| {
+        let views = sides.map(|side| KeyView { at: root.clone(), side });
+        let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(keys::is_matrix) || view.intrinsics().is_some();
+        let named = |view: KeyView<'a>| (format!("{name}{}", view.side[0]), view);
+        views.iter().all(has_k).then(|| views.map(named))
+    })
+}
+
+/// Reads both cameras; R and T bring points from the first camera to the second.
+pub(super) fn read(
+    root: &Cursor<'_>,
+    pair: [(String, KeyView<'_>); 2],
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+) -> Result<Calibration> {
+    let both = KeyView { at: root.clone(), side: &[] };
+    let known = |key: &str| both.knows(key) || both.is_rectified(key) || pair.iter().any(|(_, view)| view.knows(key));
+    let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
+    if !both.all(&keys::RECTIFIED).is_empty() {
+        calibration.note(
+            "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())",
+        );
+    }
+    for (name, view) in pair {
+        camera::read(&view, name, hints, &mut calibration)?;
+    }
+    let size = camera::size(&both)?;
+    for record in &mut calibration.records {
+        record.size = record.size.or(size);
+    }
+    let pose = match camera::pose(&both)? {
+        Some(pose) => Some(pose),
+        None => from_partner(root.file(), assets, &mut calibration)?,
+    };
+    place_second(pose, &mut calibration);
+    Ok(calibration)
+}
+
+/// Places the second camera by R and T of a pair.
+pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
+    let Some(pose) = pose else {
+        calibration.note("no R and T: both cameras stand at the origin");
+        return;
+    };
+    let (_, t) = pose.r_t();
+    if t.length() > 10.0 {
+        calibration.note(format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()));
+    }
+    let [first, second] = &mut calibration.records[..] else { return };
+    if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
+        calibration.notices.push(format!(
+            "the right camera stands at x = {} of the left: R and T bring points from the left camera to the right one; \
+             does the file have the inverse?",
+            pose.r_c().1.x
+        ));
+    }
+    second.pose = Some(pose);
+    one_rig([first, second], "rig");
+}
+
+/// R and T of the second file that OpenCV's sample writes: extrinsics.yml beside intrinsics.yml.
+fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<Option<Pose>> {
+    let Some(partner) = partner(path, "intrinsic", "extrinsic") else { return Ok(None) };
+    let Ok(source) = assets.read_reference(Path::new(""), &partner) else { return Ok(None) };
+    let source = zip_members::unpacked(source, &mut assets.budget)?;
+    let node = parse(&source, assets)?;
+    let root = Cursor::root(&node, &source.path);
+    let pose = camera::pose(&KeyView { at: root, side: &[] })?;
+    if pose.is_some() {
+        calibration.note(format!("R and T are those of {partner}"));
+    }
+    Ok(pose)
+}
+
+/// The name of the file beside this one that has another word in it.
+pub(super) fn partner(path: &Path, word: &str, other: &str) -> Option<String> {
+    let name = path.file_name()?.to_str()?;
+    name.contains(word).then(|| name.replace(word, other))
+}

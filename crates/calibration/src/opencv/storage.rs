@@ -1,0 +1,46 @@
+//! The document of an OpenCV file: YAML, JSON, XML, `.npz`, or `.npy` files beside one another.
+
+use std::path::Path;
+
+use crate::Folder;
+use crate::document::{DocumentNode, npy, xml, yaml, zip_members};
+use crate::opencv::keys;
+use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
+
+/// The document of a file; the arrays beside a `.npy` file are a part of it.
+pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
+    if zip_members::is_zip(&source.bytes) {
+        return Ok(npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
+    }
+    if npy::is_npy(&source.bytes) {
+        return arrays_beside(source, assets);
+    }
+    parse_text(source)
+}
+
+/// The arrays of a calibration in the folder of one of them, by the names of their files.
+fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
+    let own = source.stem().unwrap_or_default();
+    let fail = |path: &Path, message: String| FormatError::whole(path, message);
+    let array = |file: &InputFile| npy::array(&file.bytes).map_err(|message| fail(&file.path, message));
+    let mut arrays = vec![(own.clone(), array(source)?)];
+    let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
+    for name in folder.ending(".npy").filter(|name| keys::is_known(name.trim_end_matches(".npy"))) {
+        let stem = name.trim_end_matches(".npy");
+        if stem != own {
+            let file = folder.read(name, assets)?;
+            arrays.push((stem.to_owned(), array(&file)?));
+        }
+    }
+    Ok(npy::document(&arrays))
+}
+
+/// The document of a text.
+pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
+    let text = source.text()?;
+    match text.trim_start().starts_with('<') {
+        true => xml::parse(text, &source.path),
+        false => yaml::parse(text, &source.path),
+    }
+}

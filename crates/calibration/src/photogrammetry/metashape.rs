@@ -1,0 +1,306 @@
+//! Metashape's `cameras.xml`: sensors with calibrations, cameras with chunk_from_camera, a transform of the chunk or of
+//! each component. Sources: Metashape's manual, "Camera models"; Agisoft's forum, topics 6437 and 15797. OpenCV's p1 is
+//! Metashape's p2, and the reverse.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::document::check_rigid;
+use crate::document::rigid;
+use crate::document::xml_element::{XmlElement, XmlFile};
+use crate::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
+use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile};
+
+/// Terms of a calibration; those with `fx` are of older exports.
+const TERMS: [&str; 16] =
+    ["f", "fx", "fy", "cx", "cy", "b1", "b2", "skew", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4"];
+/// Other elements of a calibration.
+const OTHER: [&str; 8] =
+    ["resolution", "width", "height", "projection", "date", "pixel_width", "pixel_height", "layer"];
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    let start = text.trim_start().starts_with('<');
+    start && (text.contains("<chunk") || text.contains("<calibration") && text.contains("<projection>"))
+}
+
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
+    let file = XmlFile::parse(source.text()?, &source.path)?;
+    let root = file.root();
+    if root.name() == "calibration" {
+        let mut record = CameraRecord::new(source.stem().unwrap_or_else(|| "camera".into()), PixelCenter::Half);
+        let kind = root.child("projection").map_or("frame", |at| at.text());
+        intrinsics(&root, kind, &mut record)?;
+        return Ok(Calibration { records: vec![record], ..Calibration::default() });
+    }
+    let mut calibration = Calibration::default();
+    let chunks: Vec<_> = root.all("chunk").collect();
+    let enabled = |chunk: &&XmlElement<'_>| chunk.attribute("enabled") != Some("false");
+    let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| root.fail("no chunk in it"))?;
+    if chunks.len() > 1 {
+        calibration.note(format!(
+            "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
+            chunks.len(),
+            chunk.attribute("label").unwrap_or("without a label")
+        ));
+    }
+    world_notices(&chunk, &mut calibration);
+    cameras(&chunk, &mut calibration)?;
+    Ok(calibration)
+}
+
+/// Notices of the world that the cameras are in.
+fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
+    let reference = chunk.child("reference").map_or("", |at| at.text());
+    if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
+        calibration.note(
+            "the chunk has a geographic reference: its transform leads to geocentric metres (ECEF), numbers of order \
+             6e6, and neither to latitude and longitude nor to projected axes",
+        );
+    }
+    if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
+        calibration.note("no transform: the cameras are in the chunk's own axes and unit");
+    }
+}
+
+fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> {
+    let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("no sensors in it"))?;
+    let sensors: HashMap<&str, XmlElement<'_>> =
+        sensors.all("sensor").filter_map(|at| Some((at.attribute("id")?, at))).collect();
+    let placed = chunk.child("transform").map(|at| Similarity::read(&at, "translation")).transpose()?;
+    let mut components = HashMap::new();
+    for at in chunk.all("component") {
+        if let (Some(id), Some(transform)) = (at.attribute("id"), at.child("transform")) {
+            components.insert(id, Similarity::read(&transform, "translation")?);
+        }
+    }
+    let list = chunk.child("cameras").ok_or_else(|| chunk.fail("no cameras in it"))?;
+    let by_id: HashMap<&str, XmlElement<'_>> =
+        list.all("camera").filter_map(|at| Some((at.attribute("id")?, at))).collect();
+    let mut made: HashMap<&str, CameraRecord> = HashMap::new();
+    let mut names = std::collections::HashSet::new();
+    let (mut unplaced, mut disabled, mut rolling, mut slaves) = (Vec::new(), 0, 0, 0);
+    let mut initial = std::collections::BTreeSet::new();
+    for at in list.all("camera") {
+        let label = at.attribute("label").or(at.attribute("id")).unwrap_or("camera");
+        let master = at.attribute("master_id").and_then(|id| by_id.get(id)).filter(|_| at.child("transform").is_none());
+        let placement = match master {
+            None => own_place(&at)?,
+            Some(master) => place_by_master(&at, master, &sensors)?,
+        };
+        let Some((r, c)) = placement else {
+            unplaced.push(label);
+            continue;
+        };
+        slaves += usize::from(master.is_some());
+        disabled += usize::from(at.attribute("enabled") == Some("false"));
+        rolling += usize::from(at.child("rolling_shutter").is_some());
+        let id = at.attribute("sensor_id").unwrap_or_default();
+        if !made.contains_key(id) {
+            let sensor = sensors.get(id).ok_or_else(|| at.fail(format_args!("there is no sensor {id:?}")))?;
+            let mut record = CameraRecord::new("", PixelCenter::Half);
+            if !sensor_intrinsics(sensor, &mut record)? {
+                initial.insert(id);
+            }
+            made.insert(id, record);
+        }
+        let mut record = made[id].clone();
+        record.name = label.to_owned();
+        if !names.insert(record.name.clone()) {
+            record.name = format!("{label}#{}", at.attribute("id").unwrap_or_default());
+        }
+        record.image = Some(label.to_owned());
+        let component = at.attribute("component_id").or(master.and_then(|at| at.attribute("component_id")));
+        let world = component.and_then(|id| components.get(id)).or(placed.as_ref());
+        let (r, c) = world.map_or((r, c), |world| (world.rotation * r, world.point(c)));
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
+        calibration.records.push(record);
+    }
+    let mut notice = |text: String| calibration.note(text);
+    if let Some(first) = unplaced.first() {
+        notice(format!(
+            "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",
+            unplaced.len()
+        ));
+    }
+    if slaves > 0 {
+        notice(format!(
+            "{slaves} cameras of slave sensors stand by their masters, and by rotation and location of their sensors in \
+             the unit of the chunk"
+        ));
+    }
+    if disabled > 0 {
+        notice(format!("{disabled} cameras are disabled in Metashape, and kept"));
+    }
+    if rolling > 0 {
+        notice(format!("the rolling shutter of {rolling} cameras is not used"));
+    }
+    for id in initial {
+        notice(format!("sensor {id} has no adjusted calibration: the initial one is used"));
+    }
+    Ok(())
+}
+
+/// Chunk from camera, if the camera has it.
+fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
+    let Some(transform) = at.child("transform") else { return Ok(None) };
+    let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
+    Ok(Some(rigid(&rows)))
+}
+
+/// Chunk from the camera of a slave sensor, by the place of its master; None where neither is known.
+///
+/// The master of a camera need not be of the sensor that is the master of its sensor: both stand on one rig.
+fn place_by_master<'a>(
+    at: &XmlElement<'a>,
+    master: &XmlElement<'a>,
+    sensors: &HashMap<&str, XmlElement<'a>>,
+) -> Result<Option<(DMat3, DVec3)>> {
+    let mount = |at: &XmlElement<'a>| rig_mount(at.attribute("sensor_id").unwrap_or_default(), sensors);
+    let (Some((r, c)), Some((rig, slave)), Some((other, own))) = (own_place(master)?, mount(at)?, mount(master)?)
+    else {
+        return Ok(None);
+    };
+    if rig != other && rig.is_some() && other.is_some() {
+        return Ok(None);
+    }
+    let r = r * own.rotation.transpose();
+    Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
+}
+
+/// The axes of a rig from those of a sensor, which is mounted on it directly or on another sensor, and the sensor whose
+/// axes they are (None where the file does not say); None for a slave without rotation and location.
+fn rig_mount<'a>(
+    id: &'a str,
+    sensors: &HashMap<&str, XmlElement<'a>>,
+) -> Result<Option<(Option<&'a str>, Similarity)>> {
+    let (mut id, mut mount) = (id, Similarity::IDENTITY);
+    for _ in 0..=sensors.len() {
+        let Some(sensor) = sensors.get(id) else { return Ok(None) };
+        let master = sensor.attribute("master_id").filter(|master| *master != id);
+        if sensor.child("rotation").is_none() && sensor.child("location").is_none() {
+            return Ok(master.is_none().then_some((Some(id), mount)));
+        }
+        let own = Similarity::read(sensor, "location")?;
+        let translation = own.point(mount.translation);
+        mount = Similarity { rotation: own.rotation * mount.rotation, translation, scale: 1.0 };
+        match master {
+            Some(master) => id = master,
+            None => return Ok(Some((None, mount))),
+        }
+    }
+    Err(sensors[id].fail("a sensor is the master of its own master: expected one without master_id"))
+}
+
+/// World from chunk, with a scale.
+struct Similarity {
+    rotation: DMat3,
+    translation: DVec3,
+    scale: f64,
+}
+
+impl Similarity {
+    const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
+
+    /// The elements `rotation` and `scale`, and that of the translation.
+    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self> {
+        let rotation = match at.child("rotation") {
+            Some(r) => {
+                let matrix = DMat3::from_cols_array(&r.numbers()?).transpose();
+                crate::document::check_rotation(matrix).map_err(|message| r.fail(message))?;
+                matrix
+            }
+            None => DMat3::IDENTITY,
+        };
+        let translation = at.child(translation).map(|t| t.numbers::<3>()).transpose()?.unwrap_or_default();
+        let [scale] = at.child("scale").map(|s| s.numbers()).transpose()?.unwrap_or([1.0]);
+        if scale <= 0.0 {
+            return Err(at.fail(format_args!("a scale of {scale}; expected more than 0")));
+        }
+        Ok(Self { rotation, translation: DVec3::from_array(translation), scale })
+    }
+
+    fn point(&self, x: DVec3) -> DVec3 {
+        self.scale * (self.rotation * x) + self.translation
+    }
+}
+
+/// Size, K and lens of a sensor; false for its initial calibration.
+fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool> {
+    let kind = sensor.attribute("type").unwrap_or("frame");
+    if let Some(at) = sensor.child("resolution") {
+        record.size = Some(resolution(&at)?);
+    }
+    let class = |wanted: &str| {
+        sensor.children().find(|at| at.name() == "calibration" && at.attribute("class").unwrap_or("adjusted") == wanted)
+    };
+    let adjusted = class("adjusted");
+    match adjusted.or_else(|| class("initial")) {
+        Some(at) => intrinsics(&at, at.attribute("type").unwrap_or(kind), record)?,
+        None if kind == "spherical" => set_panorama(record).map_err(|message| sensor.fail(message))?,
+        None => return Err(sensor.fail("no calibration in it")),
+    }
+    Ok(adjusted.is_some() || kind == "spherical")
+}
+
+fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2]> {
+    let side = |name: &str| at.attribute(name).and_then(|word| word.parse().ok());
+    side("width").zip(side("height")).map(|(w, h)| [w, h]).ok_or_else(|| at.fail("expected width and height"))
+}
+
+fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<()> {
+    if let Some(inner) = at.child("resolution") {
+        record.size = Some(resolution(&inner)?);
+    } else if let (Some(w), Some(h)) = (at.child("width"), at.child("height")) {
+        let [w, h] = [w.numbers::<1>()?[0], h.numbers::<1>()?[0]];
+        record.size = Some([w as u32, h as u32]);
+    }
+    let size = record.size.ok_or_else(|| at.fail("no resolution in it"))?;
+    let mut terms: HashMap<&str, f64> = HashMap::new();
+    for inner in at.children() {
+        if TERMS.contains(&inner.name()) {
+            terms.insert(inner.name(), inner.numbers::<1>()?[0]);
+        } else if !OTHER.contains(&inner.name()) && inner.text().parse::<f64>().is_ok_and(|value| value != 0.0) {
+            return Err(inner.fail("a term of a calibration that raycam does not know: without it the lens is another"));
+        }
+    }
+    let term = |name: &str| terms.get(name).copied().unwrap_or(0.0);
+    let fail = |message: String| at.fail(message);
+    if kind == "spherical" {
+        return set_panorama(record).map_err(fail);
+    }
+    let old = terms.contains_key("fx");
+    let half = size.map(|side| 0.5 * f64::from(side));
+    let (fx, fy, skew, middle) = match old {
+        true => (term("fx"), term("fy"), term("skew"), [0.0; 2]),
+        false => (term("f") + term("b1"), term("f"), term("b2"), half),
+    };
+    if fx <= 0.0 || fy <= 0.0 {
+        return Err(at.fail("no focal length in it (f)"));
+    }
+    let (cx, cy) = (term("cx") + middle[0], term("cy") + middle[1]);
+    record.k = Some(DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(skew, fy, 0.0), DVec3::new(cx, cy, 1.0)));
+    // OpenCV's p1 and p2.
+    let [p1, p2] = if old { [term("p1"), term("p2")] } else { [term("p2"), term("p1")] };
+    refuse_terms([("p3", term("p3")), ("p4", term("p4"))]).map_err(fail)?;
+    let [k1, k2, k3, k4] = ["k1", "k2", "k3", "k4"].map(term);
+    record.lens = match kind {
+        "frame" => refuse_terms([("k4", k4)]).and_then(|()| brown_lens(k1, k2, p1, p2, k3)).map_err(fail)?,
+        "fisheye" | "equidistant_fisheye" if p1 == 0.0 && p2 == 0.0 => {
+            lens_of(LensModel::Fisheye, &[k1, k2, k3, k4]).map_err(fail)?
+        }
+        "fisheye" | "equidistant_fisheye" => {
+            Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]).map_err(|e| at.fail(e))?
+        }
+        _ => {
+            return Err(at.fail(format_args!(
+                "a sensor of the type {kind:?}, which raycam has no lens for: expected frame, fisheye, \
+                 equidistant_fisheye or spherical"
+            )));
+        }
+    };
+    Ok(())
+}

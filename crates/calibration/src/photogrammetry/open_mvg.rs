@@ -1,0 +1,142 @@
+//! openMVG's `sfm_data.json`. Sources: openMVG, sfm_data_io_cereal.cpp; cereal, "Polymorphism": a type has its name the
+//! first time only, and the number of that name afterwards.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::document::{Cursor, check_rotation, yaml};
+use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
+use crate::{Calibration, CameraRecord, Pose, ReadHints};
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile};
+
+/// The bit of a number that says that its name stands beside it.
+const NEW: u32 = 1 << 31;
+/// The number of what is not there.
+const NONE: u32 = u32::MAX;
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    text.contains("\"sfm_data_version\"")
+}
+
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
+    let node = yaml::parse(source.text()?, &source.path)?;
+    let root = Cursor::root(&node, &source.path);
+    let mut calibration = Calibration::default();
+    let list = |key: &str| root.get(key).map_or(Ok(vec![]), |at| at.list());
+    let mut kinds: HashMap<u32, String> = HashMap::new();
+    // Types are numbered in the order of the file: views, then intrinsics.
+    for at in list("views")? {
+        kind(&at.require("value")?, &mut kinds)?;
+    }
+    let mut cameras = HashMap::new();
+    for at in list("intrinsics")? {
+        let value = at.require("value")?;
+        let kind = kind(&value, &mut kinds)?;
+        let key = at.require("key")?.count()?;
+        cameras.insert(key, camera(&value.require("ptr_wrapper")?.require("data")?, &kind, key)?);
+    }
+    let mut poses = HashMap::new();
+    for at in list("extrinsics")? {
+        let value = at.require("value")?;
+        let rotation = value.require("rotation")?;
+        let r = rotation.matrix3()?;
+        check_rotation(r).map_err(|message| rotation.fail(message))?;
+        let c = DVec3::from_array(value.require("center")?.array()?);
+        poses.insert(at.require("key")?.count()?, Pose::from_r_c(r, c));
+    }
+    let (mut lost, mut names) = (Vec::new(), std::collections::HashSet::new());
+    for at in list("views")? {
+        let data = at.require("value")?.require("ptr_wrapper")?.require("data")?;
+        let data = data.get("value0").filter(|_| data.get("filename").is_none()).unwrap_or(data);
+        let file = data.require("filename")?.word()?;
+        let (intrinsic, pose) = (data.require("id_intrinsic")?.count()?, data.require("id_pose")?.count()?);
+        let known = cameras.get(&intrinsic).filter(|_| intrinsic != NONE).zip(poses.get(&pose));
+        let Some((camera, pose)) = known else {
+            lost.push(file);
+            continue;
+        };
+        let mut record: CameraRecord = camera.clone();
+        let id = data.require("id_view")?.count()?;
+        record.name = if names.insert(file) { file.to_owned() } else { format!("{file}#{id}") };
+        let folder = data.get("local_path").map_or(Ok(""), |at| at.word())?;
+        let joint = if folder.is_empty() || folder.ends_with('/') { "" } else { "/" };
+        record.image = Some(format!("{folder}{joint}{file}"));
+        record.pose = Some(pose.clone());
+        calibration.records.push(record);
+    }
+    if let Some(first) = lost.first() {
+        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+    }
+    calibration.note(
+        "openMVG does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its undistortion \
+         has it",
+    );
+    Ok(calibration)
+}
+
+/// The name of the type of a value; empty for the base class.
+fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> {
+    let Some(at) = value.get("polymorphic_id") else { return Ok(String::new()) };
+    let id = at.count()?;
+    if let Some(name) = value.get("polymorphic_name") {
+        kinds.insert(id & !NEW, name.word()?.to_owned());
+    }
+    // cereal has 2^30 for a value of the declared type itself.
+    if id == 1 << 30 {
+        return Ok(String::new());
+    }
+    let name = kinds.get(&(id & !NEW)).cloned();
+    name.ok_or_else(|| at.fail("a polymorphic_id whose polymorphic_name stands nowhere before it"))
+}
+
+fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
+    let mut record = CameraRecord::new(key.to_string(), PixelCenter::Integer);
+    // The values of a base class stand beside those of the type, or in value0.
+    let mut places = vec![data.clone()];
+    while let Some(inner) = places[places.len() - 1].get("value0") {
+        places.push(inner);
+    }
+    let get = |key: &str| places.iter().find_map(|at| at.get(key));
+    let require = |key: &str| get(key).ok_or_else(|| data.fail(format_args!("{key} is missing")));
+    record.size = Some([require("width")?.count()?, require("height")?.count()?]);
+    if kind == "spherical" {
+        set_panorama(&mut record).map_err(|message| data.fail(message))?;
+        return Ok(record);
+    }
+    let focal = require("focal_length")?.number()?;
+    let [cx, cy] = require("principal_point")?.array()?;
+    record.k = Some(pinhole_matrix([focal, focal, cx, cy]));
+    let made = match kind {
+        "pinhole" => Ok(Lens::Pinhole),
+        "pinhole_radial_k1" => brown_lens(require("disto_k1")?.array::<1>()?[0], 0.0, 0.0, 0.0, 0.0),
+        "pinhole_radial_k3" => {
+            let [k1, k2, k3] = require("disto_k3")?.array()?;
+            brown_lens(k1, k2, 0.0, 0.0, k3)
+        }
+        "pinhole_brown_t2" => {
+            let [k1, k2, k3, t1, t2] = require("disto_t2")?.array()?;
+            brown_lens(k1, k2, t1, t2, k3)
+        }
+        "fisheye" => lens_of(LensModel::Fisheye, &require("fisheye")?.array::<4>()?),
+        _ => {
+            return Err(data.fail(format_args!(
+                "intrinsics of the type {kind:?}, which raycam has no lens for: expected pinhole, pinhole_radial_k1, \
+                 pinhole_radial_k3, pinhole_brown_t2, fisheye or spherical"
+            )));
+        }
+    };
+    record.lens = made.map_err(|message| data.fail(message))?;
+    let known =
+        ["width", "height", "focal_length", "principal_point", "disto_k1", "disto_k3", "disto_t2", "fisheye", "value0"];
+    for at in &places {
+        at.unknown_keys(&known)?;
+    }
+    let all = ["disto_k1", "disto_k3", "disto_t2", "fisheye"];
+    if kind == "pinhole" && all.iter().any(|key| get(key).is_some()) {
+        return Err(data.fail("pinhole has no distortion, and the file has one"));
+    }
+    Ok(record)
+}

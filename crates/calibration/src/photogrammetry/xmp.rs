@@ -1,0 +1,138 @@
+//! RealityCapture's XMP files, one beside each picture: `xcr:Rotation` is camera_from_world, `xcr:Position` the centre.
+//! Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
+
+use glam::{DMat3, DVec3};
+use raycam_scene::PixelCenter;
+
+use crate::document::check_rotation;
+use crate::document::xml_element::{XmlElement, XmlFile};
+use crate::intrinsics::require_known_size;
+use crate::photogrammetry::reality_capture::{FILM, TANGENTIAL, lens};
+use crate::picture_size::PictureSizes;
+use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints};
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile};
+
+/// Endings of the picture of an XMP file.
+const PICTURES: [&str; 6] = ["jpg", "JPG", "jpeg", "JPEG", "png", "PNG"];
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    text.contains("x:xmpmeta") && text.contains("xcr:")
+}
+
+pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
+    folder.ending(".xmp").next().is_some()
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let mut calibration = Calibration::default();
+    let mut lost = Vec::new();
+    let stem = source.stem().unwrap_or_default();
+    let mut sizes = PictureSizes::new(assets, &source.path, pictures(&stem), hints.size);
+    add(source, assets, &mut sizes, &mut calibration, &mut lost)?;
+    calibration.notices.extend(sizes.notices());
+    calibration.notices.extend(left_out(&lost));
+    Ok(calibration)
+}
+
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let mut calibration = Calibration::default();
+    let mut lost = Vec::new();
+    let stems = folder.ending(".xmp").filter_map(|name| name.strip_suffix(".xmp"));
+    let mut sizes = PictureSizes::new(assets, &folder.file("any"), stems.flat_map(pictures), hints.size);
+    for name in folder.ending(".xmp") {
+        add(&folder.read(name, assets)?, assets, &mut sizes, &mut calibration, &mut lost)?;
+    }
+    calibration.notices.extend(sizes.notices());
+    calibration.notices.extend(left_out(&lost));
+    calibration.notices.sort();
+    calibration.notices.dedup();
+    Ok(calibration)
+}
+
+/// The notice of files without a pose.
+fn left_out(lost: &[String]) -> Option<String> {
+    let first = lost.first()?;
+    Some(format!("{} files without Rotation and Position are left out: {first} ...", lost.len()))
+}
+
+/// The names that the picture of an XMP file may have.
+fn pictures(stem: &str) -> [String; 6] {
+    PICTURES.map(|ending| format!("{stem}.{ending}"))
+}
+
+/// Adds the camera of a file; its name to `lost` where it has no pose.
+fn add(
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    sizes: &mut PictureSizes,
+    calibration: &mut Calibration,
+    lost: &mut Vec<String>,
+) -> Result<()> {
+    let file = XmlFile::parse(source.text()?, &source.path)?;
+    let root = file.root();
+    let stem = source.stem().unwrap_or_else(|| "camera".into());
+    if !root.all("Description").any(|at| value(&at, "Rotation").is_some() && value(&at, "Position").is_some()) {
+        lost.push(stem);
+        return Ok(());
+    }
+    let at = root.all("Description").find(|at| value(at, "FocalLength35mm").is_some());
+    let at = at.ok_or_else(|| root.fail("no xcr:FocalLength35mm in it"))?;
+    let number = |name: &str, otherwise: f64| match value(&at, name) {
+        Some(word) => at.numbers_of::<1>(name, word).map(|[value]| value),
+        None => Ok(otherwise),
+    };
+    let mut record = CameraRecord::new(stem.clone(), PixelCenter::Half);
+    let pictures = pictures(&stem);
+    record.image = pictures.iter().find(|name| assets.is_file(&source.path, name.as_bytes())).cloned();
+    let size = sizes.size(assets, &source.path, &pictures);
+    let size = require_known_size(size, &source.path, "RealityCapture's XMP")?;
+    record.size = Some(size);
+    let [w, h] = size.map(f64::from);
+    let longer = w.max(h);
+    let fx = number("FocalLength35mm", 0.0)? * longer / FILM;
+    let fy = fx * number("AspectRatio", 1.0)?;
+    if fx <= 0.0 || fy <= 0.0 {
+        return Err(at.fail("FocalLength35mm and AspectRatio: expected more than 0"));
+    }
+    record.k = Some(DMat3::from_cols(
+        DVec3::new(fx, 0.0, 0.0),
+        DVec3::new(number("Skew", 0.0)? * longer, fy, 0.0),
+        DVec3::new(
+            0.5 * w + number("PrincipalPointU", 0.0)? * longer,
+            0.5 * h + number("PrincipalPointV", 0.0)? * longer,
+            1.0,
+        ),
+    ));
+    let terms = value(&at, "DistortionCoeficients").or_else(|| value(&at, "DistortionCoefficients"));
+    let terms = terms.map_or(Ok([0.0; 6]), |text| at.numbers_of("DistortionCoeficients", text))?;
+    let model = value(&at, "DistortionModel").unwrap_or("perspective");
+    let zero = terms == [0.0; 6];
+    if !zero && !["brown3", "brown4", "brown3t2", "brown4t2"].contains(&model) {
+        return Err(at.fail(format_args!(
+            "DistortionModel {model:?} with DistortionCoeficients {terms:?}: raycam reads brown3, brown4, brown3t2 and \
+             brown4t2"
+        )));
+    }
+    let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
+    record.lens = made;
+    if matters {
+        calibration.note(TANGENTIAL);
+    }
+    if value(&at, "Coordinates") == Some("relative") {
+        calibration.note("Coordinates are relative: the world begins at RealityCapture's local origin");
+    }
+    let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
+        return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));
+    };
+    let r = DMat3::from_cols_array(&at.numbers_of("Rotation", r)?).transpose();
+    check_rotation(r).map_err(|message| at.fail(format_args!("Rotation: {message}")))?;
+    record.pose = Some(Pose::from_r_c(r, DVec3::from_array(at.numbers_of("Position", c)?)));
+    calibration.records.push(record);
+    Ok(())
+}
+
+/// The text of an attribute, or of an element, of a description.
+fn value<'f>(at: &XmlElement<'f>, name: &str) -> Option<&'f str> {
+    at.attribute(name).or_else(|| Some(at.child(name)?.text()))
+}

@@ -1,0 +1,423 @@
+//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which has one angle
+//! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
+//! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::document::Cursor;
+use crate::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
+use crate::document::yaml;
+use crate::intrinsics::{pinhole_matrix, set_panorama};
+use crate::picture_size::size_of_picture;
+use crate::trajectory::convention::flip_columns;
+use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use raycam_formats::Result;
+use raycam_formats::io::{AssetRoot, InputFile};
+
+/// Keys of intrinsics, for all or for one frame.
+const INTRINSICS: [&str; 19] = [
+    "x_fov",
+    "y_fov",
+    "camera_angle_x",
+    "camera_angle_y",
+    "fl_x",
+    "fl_y",
+    "cx",
+    "cy",
+    "w",
+    "h",
+    "k1",
+    "k2",
+    "k3",
+    "k4",
+    "p1",
+    "p2",
+    "camera_model",
+    "is_fisheye",
+    "distortion_params",
+];
+const FRAME: [&str; 9] = [
+    "file_path",
+    "transform_matrix",
+    "rotation",
+    "sharpness",
+    "depth_file_path",
+    "mask_path",
+    "colmap_im_id",
+    "time",
+    "colmap_image_id",
+];
+const ROOT: [&str; 15] = [
+    "scale",
+    "offset",
+    "enable_depth_loading",
+    "integer_depth_scale",
+    "frames",
+    "applied_transform",
+    "aabb_scale",
+    "applied_scale",
+    "ply_file_path",
+    "train_filenames",
+    "val_filenames",
+    "test_filenames",
+    "orientation_override",
+    "depth_unit_scale_factor",
+    "from_na",
+];
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    text.contains("\"transform_matrix\"") && text.contains("\"frames\"")
+}
+
+pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
+    false // One reader for both; this row is a writer.
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration> {
+    let node = yaml::parse(source.text()?, &source.path)?;
+    let root = Cursor::root(&node, &source.path);
+    let mut calibration =
+        Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat())?, ..Calibration::default() };
+    calibration.notices.extend(moved_world(&root));
+    let mut names = std::collections::HashSet::new();
+    let (mut measured, mut lent, mut shared) = (0, 0, None);
+    let mut unread = BTreeMap::<&str, usize>::new();
+    for frame in root.require("frames")?.list()? {
+        for (key, at) in frame.entries()? {
+            if !INTRINSICS.contains(&key) && !FRAME.contains(&key) {
+                at.refuse_lens(key)?;
+                *unread.entry(key).or_default() += 1;
+            }
+        }
+        // Windows writes its own slashes.
+        let file = frame.get("file_path").map(|at| at.word()).transpose()?.map(|file| file.replace('\\', "/"));
+        let file = file.as_deref();
+        let count = calibration.records.len();
+        let mut name = file.map_or_else(|| count.to_string(), |file| file.trim_start_matches("./").to_owned());
+        if !names.insert(name.clone()) {
+            name = format!("{name}#{count}");
+            names.insert(name.clone());
+        }
+        let mut record = CameraRecord::new(name, PixelCenter::Half);
+        record.image = file.map(str::to_owned);
+        record.time = frame.get("time").map(|at| at.number()).transpose()?;
+        let has_size = frame.any(&["w", "h"]).or_else(|| root.any(&["w", "h"])).is_some();
+        if let (Some(file), false) = (file, has_size) {
+            // Blender's sets name pictures without their ending.
+            let own = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
+            measured += usize::from(own.is_some());
+            if own.is_none() && known.size.is_none() {
+                record.size = *shared.get_or_insert_with(|| any_size(&root, assets, &source.path));
+                lent += usize::from(record.size.is_some());
+            }
+            record.size = own.or(record.size);
+        }
+        intrinsics(&mut record, &frame, &root, known)?;
+        let (gl, c) = frame.require("transform_matrix")?.matrix4()?;
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), c));
+        calibration.records.push(record);
+    }
+    if measured > 0 {
+        calibration.note(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
+    }
+    if lent > 0 {
+        calibration.note(format!(
+            "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
+        ));
+    }
+    if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
+        calibration.notices.extend(odd_panorama(&root, panorama));
+    }
+    calibration.notices.extend(unread.iter().map(|(key, count)| format!("{key} of {count} frames is not read")));
+    Ok(calibration)
+}
+
+/// The size of the first picture that is there.
+fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u32; 2]> {
+    let frames = root.require("frames").and_then(|frames| frames.list()).ok()?;
+    let files = frames.iter().filter_map(|frame| frame.get("file_path")?.word().ok());
+    size_of_picture(assets, from, files.flat_map(|file| [format!("{file}.png"), file.replace('\\', "/")]))
+}
+
+/// A notice of how the file's world differs from that of the reconstruction before it.
+fn moved_world(root: &Cursor<'_>) -> Option<String> {
+    let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
+    let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
+    let scale = scale.filter(|scale| *scale != 1.0);
+    let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
+    if root.get("scale").is_some() || root.get("offset").is_some() {
+        return Some(
+            "scale and offset place the scene in the box of instant-ngp; the cameras are in the world of the file, \
+             before them"
+                .into(),
+        );
+    }
+    if moved.is_none() && scale.is_none() {
+        return None;
+    }
+    let moved = moved.map(|moved| format!("applied_transform [{}]", joined(&moved, ", ")));
+    let scale = scale.map(|scale| format!("applied_scale {scale}"));
+    let what: Vec<String> = moved.into_iter().chain(scale).collect();
+    Some(format!(
+        "the cameras are in the world of this file, after its {}: a mesh of the reconstruction before it (COLMAP's) \
+         needs the same",
+        what.join(" and ")
+    ))
+}
+
+fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, known: &ReadHints) -> Result<()> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let real = |key: &str| get(key).map(|at| at.number()).transpose();
+    record.size = match (get("w"), get("h")) {
+        (Some(w), Some(h)) => Some([w.count()?, h.count()?]),
+        _ => record.size.or(known.size),
+    };
+    let focals = [real("fl_x")?, real("fl_y")?];
+    let degrees = [real("x_fov")?, real("y_fov")?].map(|angle| angle.map(f64::to_radians));
+    let angles = match degrees {
+        [None, None] => [real("camera_angle_x")?, real("camera_angle_y")?],
+        degrees => degrees,
+    };
+    if angles == [None; 2] && focals == [None; 2] {
+        return if known.intrinsics.is_some() { Ok(()) } else { Err(root.fail("fl_x is missing, and camera_angle_x")) };
+    }
+    let Some(size) = record.size else {
+        if let (Some(fx), Some(cx), Some(cy)) = (focals[0], real("cx")?, real("cy")?) {
+            record.k = Some(pinhole_matrix([fx, focals[1].unwrap_or(fx), cx, cy]));
+            return lens(record, frame, root);
+        }
+        return Err(root.fail(
+            "w and h are missing, and without the picture's size there is no K: give it (--size \
+             WIDTHxHEIGHT, size=(width, height))",
+        ));
+    };
+    let sides = size.map(f64::from);
+    let half = |angle: Option<f64>, side: f64| angle.map(|angle| 0.5 * side / (0.5 * angle).tan());
+    let fx = focals[0].or_else(|| half(angles[0], sides[0]));
+    let fy = focals[1].or_else(|| half(angles[1], sides[1]).filter(|_| focals[0].is_none()));
+    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else { return Err(root.fail("fl_x is missing")) };
+    let [cx, cy] = [real("cx")?.unwrap_or(0.5 * sides[0]), real("cy")?.unwrap_or(0.5 * sides[1])];
+    record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
+    lens(record, frame, root)
+}
+
+/// The coefficients k1 k2 k3 k4 p1 p2: by their names, or in nerfstudio's `distortion_params`.
+fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let mut values = [0.0; 6];
+    for (value, key) in values.iter_mut().zip(["k1", "k2", "k3", "k4", "p1", "p2"]) {
+        *value = get(key).map_or(Ok(0.0), |at| at.number())?;
+    }
+    let names = ["k1", "k2", "k3", "k4", "p1", "p2"];
+    let (own, listed) = (frame.any(&names).is_some(), frame.get("distortion_params"));
+    let Some(at) = listed.clone().or_else(|| root.get("distortion_params").filter(|_| !own)) else {
+        return Ok(values);
+    };
+    if listed.is_some() && !own {
+        return at.array::<6>();
+    }
+    let listed = at.array::<6>()?;
+    if values != [0.0; 6] && values != listed {
+        return Err(at.fail("the lens is there twice, here and as k1 to p2: expected one of them"));
+    }
+    Ok(listed)
+}
+
+fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let at = get("camera_model").unwrap_or_else(|| root.clone());
+    let fisheye = get("is_fisheye").map_or(Ok("false"), |at| at.word())?;
+    let model = match get("camera_model") {
+        Some(at) => at.word()?,
+        None if matches!(fisheye, "true" | "True") => "OPENCV_FISHEYE",
+        None => "OPENCV",
+    };
+    if model == "EQUIRECTANGULAR" {
+        return set_panorama(record).map_err(|message| at.fail(message));
+    }
+    if model == "FISHEYE624" {
+        return fisheye624(record, frame, root);
+    }
+    let [k1, k2, k3, k4, p1, p2] = coefficients(frame, root)?;
+    let made = match model {
+        "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" if k4 == 0.0 => {
+            let coefficients = [k1, k2, p1, p2, k3];
+            Lens::new(LensModel::OpenCv, if k3 == 0.0 { &coefficients[..4] } else { &coefficients })
+        }
+        "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4]),
+        // nerfstudio has the tangential terms on the plane of the angles, as COLMAP's model.
+        "OPENCV_FISHEYE" | "FISHEYE" => Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]),
+        _ => {
+            return Err(at.fail(format_args!(
+                "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without \
+                 k4, OPENCV_FISHEYE and EQUIRECTANGULAR"
+            )));
+        }
+    };
+    record.lens = made.map_err(|error| at.fail(error))?;
+    Ok(())
+}
+
+/// The fisheye of Project Aria: k0 to k5, p0 p1, s0 to s3, after fx fy cx cy or alone.
+fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
+    let at = frame.get("distortion_params").or_else(|| root.get("distortion_params"));
+    let at = at.ok_or_else(|| root.fail("FISHEYE624 needs distortion_params"))?;
+    let values = at.numbers()?;
+    let lens = match values.len() {
+        12 => &values[..],
+        16 => {
+            record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
+            &values[4..]
+        }
+        count => return Err(at.fail(format_args!("{count} numbers; FISHEYE624 has 12, or 16 with fx fy cx cy"))),
+    };
+    record.lens = Lens::new(LensModel::RadTanThinPrismFisheye, lens).map_err(|error| at.fail(error))?;
+    Ok(())
+}
+
+fn is_panorama(record: &CameraRecord) -> bool {
+    record.lens.coefficients().is_some_and(|(model, _)| model == LensModel::Equirectangular)
+}
+
+/// A notice that the numbers of a panorama are others than nerfstudio's, which says the whole one by w/2, h and the
+/// middle.
+fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<String> {
+    let [width, height] = record.size?.map(f64::from);
+    let usual = [
+        ("fl_x", vec![0.5 * width]),
+        ("fl_y", vec![height, 0.5 * width]),
+        ("cx", vec![0.5 * width]),
+        ("cy", vec![0.5 * height]),
+    ];
+    let odd = |(key, values): &(&str, Vec<f64>)| {
+        let given = root.get(key)?.number().ok()?;
+        (!values.iter().any(|value| (value - given).abs() < 1e-6 * width)).then(|| format!("{key} {given}"))
+    };
+    let odd: Vec<String> = usual.iter().filter_map(odd).collect();
+    (!odd.is_empty()).then(|| {
+        format!("EQUIRECTANGULAR is read as the whole panorama; {} says otherwise and is not used", odd.join(", "))
+    })
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
+    let mut text = String::from("{\n");
+    let all: Result<Vec<String>, _> = records.iter().map(intrinsics_text).collect();
+    let all = all?;
+    let shared = all.iter().all(|one| *one == all[0]);
+    if shared {
+        let _ = writeln!(text, "  {},", all[0]);
+    }
+    text += "  \"frames\": [";
+    for (i, (record, own)) in records.iter().zip(&all).enumerate() {
+        let own = if shared { "" } else { &format!(", {own}") };
+        text += &frame(record, own, i, true)?;
+    }
+    text += "\n  ]";
+    text += &split_names(records);
+    text += "\n}\n";
+    Ok(OutputFiles::one(text))
+}
+
+/// nerfstudio's lists of the pictures of each split, where names begin with them.
+fn split_names(records: &[CameraRecord]) -> String {
+    let splits = ["train", "val", "test"];
+    if !records.iter().all(|record| splits.iter().any(|split| is_in_split(record, split))) {
+        return String::new();
+    }
+    let mut text = String::new();
+    for split in splits {
+        let files = records.iter().filter(|record| is_in_split(record, split));
+        let names: Vec<String> = files.map(|record| quoted(record.image.as_deref().unwrap_or(&record.name))).collect();
+        let _ = write!(text, ",\n  \"{split}_filenames\": [{}]", names.join(", "));
+    }
+    text
+}
+
+/// True for a camera whose name begins with a split.
+pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
+    record.name.strip_prefix(split).is_some_and(|rest| rest.starts_with('/'))
+}
+
+/// The keys of a camera's intrinsics.
+fn intrinsics_text(record: &CameraRecord) -> Result<String> {
+    let format = "NeRF's transforms.json";
+    let [width, height] = record.require_size(format)?;
+    let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(yaml_float);
+    let lens = match record.lens.coefficients() {
+        None => "\"camera_model\": \"OPENCV\"".to_owned(),
+        Some((LensModel::OpenCv, d)) if d.len() <= 5 || d[5..].iter().all(|v| *v == 0.0) => {
+            let k3 = d.get(4).filter(|k3| **k3 != 0.0);
+            let k3 = k3.map_or(String::new(), |k3| format!(", \"k3\": {}", yaml_float(*k3)));
+            let [k1, k2, p1, p2] = [d[0], d[1], d[2], d[3]].map(yaml_float);
+            format!("\"camera_model\": \"OPENCV\", \"k1\": {k1}, \"k2\": {k2}{k3}, \"p1\": {p1}, \"p2\": {p2}")
+        }
+        Some((LensModel::Fisheye, d)) => {
+            let [k1, k2, k3, k4] = [d[0], d[1], d[2], d[3]].map(yaml_float);
+            format!("\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}")
+        }
+        Some((model, d)) => {
+            return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+        }
+    };
+    Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
+}
+
+fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String> {
+    let (rotation, c) = record.require_pose()?.world_r_c();
+    let rows = matrix_rows34(flip_columns(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
+    let time = record.time.map_or(String::new(), |time| format!(", \"time\": {}", yaml_float(time)));
+    let file = record.image.as_deref().unwrap_or(&record.name);
+    let stem = file
+        .rsplit_once('.')
+        .filter(|(_, end)| ["png", "jpg", "jpeg", "exr", "tif", "tiff"].contains(&end.to_lowercase().as_str()));
+    let file = quoted(if ending { file } else { stem.map_or(file, |(stem, _)| stem) });
+    let between = if i == 0 { "" } else { "," };
+    Ok(format!(
+        "{between}\n    {{\"file_path\": {file}{own}{time}, \"transform_matrix\": [{}, [0.0, 0.0, 0.0, 1.0]]}}",
+        rows.join(", ")
+    ))
+}
+
+/// One angle, square pixels, the principal point in the middle, no lens.
+pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
+    let format = "Blender-style JSON";
+    let mut text = String::from("{\n");
+    let mut angles = Vec::new();
+    for record in records {
+        record.require_pinhole(format)?;
+        let [width, height] = record.require_size(format)?.map(f64::from);
+        let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+        if !(near(fy, fx) && near(cx, 0.5 * width) && near(cy, 0.5 * height)) {
+            let what = format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
+            return Err(record.unsupported_error(format, &what));
+        }
+        // The angle that is read back as this focal length, or the nearest.
+        let angle = 2.0 * (0.5 * width / fx).atan();
+        let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
+        let near =
+            [angle, angle.next_up(), angle.next_down(), angle.next_up().next_up(), angle.next_down().next_down()];
+        let best = near.into_iter().min_by(|a, b| back(a).total_cmp(&back(b)));
+        angles.push((best.unwrap_or(angle), width, height));
+    }
+    if let Some(i) = angles.iter().position(|one| *one != angles[0]) {
+        return Err(records[i].unsupported_error(format, "intrinsics or sizes that differ between cameras"));
+    }
+    let (angle, width, height) = angles[0];
+    let _ = write!(
+        text,
+        "  \"camera_angle_x\": {},\n  \"w\": {width}, \"h\": {height},\n  \"frames\": [",
+        yaml_float(angle)
+    );
+    for (i, record) in records.iter().enumerate() {
+        // Readers of Blender's sets append the ending themselves.
+        text += &frame(record, "", i, false)?;
+    }
+    text += "\n  ]\n}\n";
+    Ok(OutputFiles::one(text))
+}

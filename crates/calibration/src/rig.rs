@@ -1,0 +1,50 @@
+//! Rigs of cameras from files with one rig, and back.
+
+use crate::rig_mount::RigMount;
+use crate::{CameraRecord, Pose};
+use raycam_formats::{FormatError, Result};
+
+/// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
+pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
+    let records: Vec<_> = records.into_iter().collect();
+    // A camera with parallel rays is none that a body carries.
+    if records.len() < 2 || records.iter().any(|record| record.require_pose().is_err()) {
+        return;
+    }
+    for record in records {
+        on_a_body(record, rig);
+    }
+}
+
+/// Mounts a camera on a rig whose body is the world of the file, as its format says.
+pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
+    let Ok(camera) = record.require_pose() else { return };
+    record.mount = Some(RigMount {
+        rig: rig.into(),
+        frame: rig.into(),
+        name: record.name.clone(),
+        camera,
+        body: Pose::identity(),
+    });
+}
+
+/// The poses of cameras for a format that holds one rig, camera_from_body where they stand on one, with what is lost.
+///
+/// # Errors
+/// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
+pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<String>) -> Result<Vec<Pose>> {
+    let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
+    let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
+    let first = mounts[0];
+    let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
+    if let Some(other) = mounts.iter().find(other) {
+        return Err(FormatError::encode(format!(
+            "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",
+            first.rig, first.frame, other.rig, other.frame
+        )));
+    }
+    if !first.body.is_identity() {
+        notices.push(format!("{format} holds a rig without its place in the world, which is not written"));
+    }
+    Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())
+}

@@ -1,0 +1,93 @@
+//! Ground truth of EuRoC and TUM-VI, `data.csv`: nanoseconds, position, and quaternion w x y z of world_from_body, with
+//! commas. Sources: Burri et al., "The EuRoC micro aerial vehicle datasets", 2016; evo's file_interface.py.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::PixelCenter;
+
+use crate::document::number_format::joined;
+use crate::document::number_lines::data_lines;
+use crate::pose::normalized;
+use crate::trajectory::body::place_on_body;
+use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
+use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    let first = data_lines(text).next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());
+    first.is_some_and(|words| {
+        let stamp = words[0].len() >= 15 && words[0].bytes().all(|b| b.is_ascii_digit());
+        stamp && words.len() >= 4 && words[1..].iter().all(|word| word.is_empty() || word.parse::<f64>().is_ok())
+    })
+}
+
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let path = &source.path;
+    let mut calibration = Calibration::default();
+    let mut columns = None;
+    for (line, row) in data_lines(source.text()?) {
+        let fail = |message: String| FormatError::line(path, line, message);
+        let words: Vec<&str> = row.split(',').map(str::trim).collect();
+        if words.len() < 8 {
+            return Err(fail(format!(
+                "{} columns: positions without orientation (leica0) are no poses; expected nanoseconds, x y z, and w x y \
+                 z of a quaternion (state_groundtruth_estimate0, mocap0)",
+                words.len()
+            )));
+        }
+        let expected = *columns.get_or_insert(words.len());
+        if words.len() != expected {
+            return Err(fail(format!("{} columns, and the rows before have {expected}: is it cut off?", words.len())));
+        }
+        let stamp: u64 = words[0].parse().map_err(|_| fail(format!("{:?}: expected whole nanoseconds", words[0])))?;
+        let values: Option<Vec<f64>> =
+            words[1..8].iter().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite())).collect();
+        let [x, y, z, qw, qx, qy, qz] = values
+            .and_then(|values| <[f64; 7]>::try_from(values).ok())
+            .ok_or_else(|| fail("expected finite numbers".into()))?;
+        let rotation = Rotation::unit_quaternion([qw, qx, qy, qz])
+            .map_err(|message| fail(format!("columns 5 to 8, w first: {message}")))?;
+        let mut record = CameraRecord::new(words[0], PixelCenter::Integer);
+        // Whole seconds and the rest apart: fewer digits are lost.
+        record.time = Some((stamp / 1_000_000_000) as f64 + (stamp % 1_000_000_000) as f64 / 1e9);
+        record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
+        calibration.records.push(record);
+    }
+    place_on_body(&mut calibration, hints, "the body (IMU or markers)");
+    Ok(calibration)
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
+    let mut text = String::from(
+        "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n",
+    );
+    for record in records {
+        let whole = record.name.parse::<u64>().ok().filter(|_| record.name.len() >= 15);
+        let time = record.time.or_else(|| record.name.parse().ok().filter(|time: &f64| time.is_finite()));
+        let stamp = match (whole, time) {
+            (Some(stamp), _) => stamp,
+            (None, Some(time)) if (0.0..1.8e10).contains(&time) => {
+                let seconds = time.floor();
+                seconds as u64 * 1_000_000_000 + ((time - seconds) * 1e9).round() as u64
+            }
+            _ => {
+                return Err(FormatError::encode(format!(
+                    "camera {:?} has no time, which EuRoC's csv needs: give it one, in seconds from 0",
+                    record.name
+                )));
+            }
+        };
+        let (rotation, c) = record.require_pose()?.world_r_c();
+        let _ = writeln!(
+            text,
+            "{stamp:019},{},{}",
+            joined(&c.to_array(), ","),
+            joined(&normalized(rotation.quaternion()), ",")
+        );
+    }
+    let notice = "EuRoC's csv holds times and poses, here those of the cameras; size, K and lens are not written, and \
+                  readers take the poses for those of the body: their T_BS is then the identity";
+    Ok(OutputFiles { notices: vec![notice.into()], ..OutputFiles::one(text) })
+}

@@ -1,0 +1,277 @@
+//! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 in a line (`traj.txt` of Replica as
+//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM), arrays [n, 4, 4] of
+//! NumPy, or JSON; K as such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::document::lens_keys::looks_like_lens;
+use crate::document::number_format::{joined, matrix_rows34};
+use crate::document::number_lines::data_lines;
+use crate::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
+use crate::intrinsics::{lens_of, pinhole_matrix};
+use crate::trajectory::convention::convention_of;
+use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
+use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
+use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
+
+/// The arrangement of the numbers of a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MatrixLayout {
+    /// So many lines of four numbers for each pose: 4, or 3 of the upper rows.
+    Blocks(usize),
+    /// So many numbers a line: 16, or 17 with an index.
+    Lines(usize),
+    /// K in three or four lines.
+    Intrinsics,
+}
+
+/// The numbers of a line, which may have commas, semicolons or brackets between them.
+pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']')).filter(|word| !word.is_empty())
+}
+
+fn values(line: &str) -> Option<Vec<f64>> {
+    words(line).map(|word| word.parse().ok()).collect()
+}
+
+/// The layout of a text, if it has poses or K as matrices.
+pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
+    let first = values(data_lines(text).next()?.1)?;
+    let all = || data_lines(text).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
+    match first.len() {
+        3 | 4 => {
+            let rows = all()?;
+            let even = rows.iter().all(|row| row.len() == first.len());
+            if !even || rows.len() % first.len() != 0 && (first.len() == 3 || rows.len() % 3 != 0) {
+                return None;
+            }
+            if first.len() == 4 && are_upper_rows(&rows) {
+                return Some(MatrixLayout::Blocks(3));
+            }
+            if rows.len() % first.len() != 0 {
+                return None;
+            }
+            let k = [0, 1, 2].map(|i| [rows[i][0], rows[i][1], rows[i][2]]);
+            let upper = k[1][0] == 0.0 && k[2] == [0.0, 0.0, 1.0] && k[0][0] > 1.5 && k[1][1] > 1.5;
+            let lower = k[0][1] == 0.0 && k[0][2] == 0.0 && k[1][2] == 0.0 && k[2][2] == 1.0 && k[0][0] > 1.5;
+            match rows.len() == first.len() && (upper || lower) {
+                true => Some(MatrixLayout::Intrinsics),
+                false => (first.len() == 4).then_some(MatrixLayout::Blocks(4)),
+            }
+        }
+        16 | 17 => Some(MatrixLayout::Lines(first.len())),
+        _ => None,
+    }
+}
+
+/// True for the upper three rows of poses one below the other, without the row 0 0 0 1.
+fn are_upper_rows(rows: &[Vec<f64>]) -> bool {
+    let row = |i: usize| DVec3::new(rows[i][0], rows[i][1], rows[i][2]);
+    let last = rows.get(3).is_some_and(|row| row[..3].iter().all(|value| *value == 0.0));
+    rows.len().is_multiple_of(3)
+        && !last
+        && check_rotation(DMat3::from_cols(row(0), row(1), row(2)).transpose()).is_ok()
+}
+
+pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
+    layout(text).is_some()
+        || npy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
+        || matrix_tree::detect(source, text)
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let mut calibration = Calibration::default();
+    let (path, stem) =
+        (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
+    let text = if npy::is_npy(&source.bytes) { "" } else { source.text().unwrap_or_default() };
+    if layout(text) == Some(MatrixLayout::Intrinsics) {
+        let mut record = CameraRecord::new(stem, PixelCenter::Integer);
+        record.k = Some(intrinsics(text, path)?);
+        record.lens = lens_beside(source, assets, hints, &mut calibration)?;
+        calibration.records.push(record);
+        return Ok(calibration);
+    }
+    let PosesOfTree { key, matrices: poses, notices } = poses_of(source, assets)?;
+    calibration.notices.extend(notices);
+    let convention = convention_of(&format!("{stem} {key}"), hints, &mut calibration.notices);
+    let alone = poses.len() == 1;
+    let mut lost = 0;
+    for (i, (index, line, rows)) in poses.into_iter().enumerate() {
+        let Some(rows) = checked(rows).map_err(|message| FormatError::line(path, line, message))? else {
+            lost += 1;
+            continue;
+        };
+        let name = index.unwrap_or_else(|| if alone { stem.clone() } else { format!("{i:06}") });
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        record.pose = Some(convention.pose(&rows));
+        calibration.records.push(record);
+    }
+    if lost > 0 {
+        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+    }
+    if hints.intrinsics.is_none() {
+        beside(assets, &mut calibration)?;
+    }
+    Ok(calibration)
+}
+
+/// The matrices of a file: an array of NumPy or several, a document, or a text of numbers.
+pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
+    if npy::is_npy(&source.bytes) {
+        let array = npy::array(&source.bytes).map_err(fail)?;
+        let found = matrix_tree::of_array(&array, None);
+        return found
+            .map(alone)
+            .ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4] or [n, 3, 4]", array.shape)));
+    }
+    if let Some(found) = matrix_tree::read(source, assets)? {
+        return Ok(found);
+    }
+    let text = source.text()?;
+    match layout(text) {
+        Some(layout) if layout != MatrixLayout::Intrinsics => matrices(text, &source.path, layout).map(alone),
+        _ => Err(fail(
+            "expected a 4x4 matrix in four lines, 16 numbers a line, an index and 16, or a list of them in JSON".into(),
+        )),
+    }
+}
+
+/// The rows of a pose; None for a lost frame, which has numbers that are not finite.
+pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
+    if m.iter().any(|value| !value.is_finite()) {
+        return Ok(None);
+    }
+    check_rigid(&m).map(Some)
+}
+
+/// The matrices of a text: the index before each, its line, its numbers.
+pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
+    let mut found = FoundMatrices::new();
+    let mut block: Vec<f64> = Vec::new();
+    for (line, row) in data_lines(text) {
+        let fail = |message: String| FormatError::line(path, line, message);
+        let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}: expected numbers")))?;
+        let expected = if let MatrixLayout::Lines(count) = layout { count } else { 4 };
+        if numbers.len() != expected {
+            return Err(fail(format!("{} numbers, expected {expected}", numbers.len())));
+        }
+        let mut index = None;
+        if layout == MatrixLayout::Lines(17) {
+            if numbers.remove(0).fract() != 0.0 {
+                return Err(fail("expected the index of a frame, a whole number, before 16 numbers".into()));
+            }
+            index = words(row).next().map(str::to_owned);
+        }
+        block.extend(numbers);
+        if layout == MatrixLayout::Blocks(3) && block.len() == 12 {
+            block.extend([0.0, 0.0, 0.0, 1.0]);
+        }
+        if let Ok(matrix) = <[f64; 16]>::try_from(&block[..]) {
+            found.push((index, line, matrix));
+            block.clear();
+        }
+    }
+    match block.is_empty() {
+        true => Ok(found),
+        false => Err(FormatError::whole(path, format!("it ends after {} of the 16 numbers of a matrix", block.len()))),
+    }
+}
+
+/// K of a text of three or four lines.
+pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
+    let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
+    let fail = |message: &str| Err(FormatError::whole(path, message));
+    if rows.len() < 3 || rows.iter().any(|row| row.len() < 3) {
+        return fail("expected K, three lines of three numbers");
+    }
+    let k = DMat3::from_cols_array(&std::array::from_fn(|i| rows[i % 3][i / 3]));
+    if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO {
+        return fail("cx and cy are in the last row: K is transposed, as MATLAB has it");
+    }
+    let further = rows.iter().enumerate().any(|(i, row)| row.get(3).is_some_and(|v| *v != f64::from(u8::from(i == 3))));
+    if further {
+        return fail("a K of four columns whose last is not 0 0 0 1");
+    }
+    Ok(k)
+}
+
+/// The lens in the text file beside that of K, by the name of the file: `cameraDistortion.txt`, `dist.csv`.
+fn lens_beside(
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<Lens> {
+    let own = source.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let ending = own.rsplit_once('.').map_or("", |(_, ending)| ending);
+    let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
+    let is_lens = |name: &&String| **name != own && name.split(['_', '-', '.', ' ']).any(looks_like_lens);
+    let found: Vec<&String> = folder.ending(ending).filter(is_lens).collect();
+    let [name] = found[..] else {
+        return match found.first() {
+            None => Ok(Lens::Pinhole),
+            Some(first) => Err(FormatError::whole(
+                &source.path,
+                format!(
+                    "{} files beside it look like its lens ({first} ...): \
+                    write K and the lens of one camera into one file (K, dist, image_size)",
+                    found.len()
+                ),
+            )),
+        };
+    };
+    let file = folder.read(name, assets)?;
+    let fail = |message: String| FormatError::whole(&file.path, message);
+    let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
+    let numbers =
+        listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
+    calibration.note(format!("the lens is that of {name}"));
+    lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
+}
+
+/// K of Replica's `cam_params.json`, beside the trajectory or above it.
+fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
+    for name in ["cam_params.json", "../cam_params.json"] {
+        let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
+        let node = yaml::parse(source.text()?, &source.path)?;
+        let root = Cursor::root(&node, &source.path);
+        let camera = root.get("camera").unwrap_or(root);
+        let get = |key: &str| camera.require(key)?.number();
+        let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
+        let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
+        camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
+        calibration.note(format!("K and size are those of {name}"));
+        for record in &mut calibration.records {
+            (record.k, record.size) = (Some(k), size);
+        }
+        break;
+    }
+    Ok(())
+}
+
+/// Refuses rows of a 3x4 matrix without a rotation.
+pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
+    check_rotation(rigid(rows).0)
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
+    let mut text = String::new();
+    for record in records {
+        let (r, c) = record.require_pose()?.world_r_c();
+        let rows = matrix_rows34(r.matrix(), c);
+        let _ = writeln!(text, "{} 0.0 0.0 0.0 1.0", joined(rows.as_flattened(), " "));
+    }
+    Ok(OutputFiles {
+        notices: vec![
+            "4x4 matrices, world_from_camera, hold poses alone; names, times, sizes, K and lens are not written".into(),
+        ],
+        ..OutputFiles::one(text)
+    })
+}

@@ -1,0 +1,157 @@
+//! Folders of poses, a 4x4 matrix for each picture: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
+//! (`frame-000000.pose.txt`), tsdf-fusion's (`camera-intrinsics.txt` beside them), arrays of NumPy (`.npy`, `.npz`), CSV,
+//! JSON. Source: ScanNet's SensorData.py.
+
+use glam::DMat3;
+use raycam_scene::PixelCenter;
+
+use crate::picture_size::size_of_picture;
+use crate::trajectory::convention::convention_of;
+use crate::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
+use crate::trajectory::matrix_tree::PosesOfTree;
+use crate::{Calibration, CameraRecord, Folder, ReadHints};
+use raycam_formats::io::AssetRoot;
+use raycam_formats::{FormatError, Result};
+
+/// Files with K, in the folder of the scene.
+const INTRINSICS: [&str; 9] = [
+    "intrinsic/intrinsic_color.txt",
+    "intrinsic/intrinsic_depth.txt",
+    "intrinsics/intrinsic_color.txt",
+    "camera-intrinsics.txt",
+    "intrinsics.txt",
+    "intrinsic.txt",
+    "intrinsics_color.txt",
+    "K.txt",
+    "camera.txt",
+];
+
+/// Folders with the pictures of a scene.
+const PICTURES: [&str; 3] = ["color", "rgb", "images"];
+/// Folders of a scene that may have its poses; the last is the scene itself.
+const PLACES: [&str; 7] = ["pose", "poses", "cam_poses", "c2w", "w2c", "extrinsics", ""];
+/// Endings of files with one pose each; the first of which there is a file counts.
+const ENDINGS: [&str; 6] = [".pose.txt", ".txt", ".npy", ".npz", ".csv", ".json"];
+
+/// The folder with the poses, their names in it, and what the first of them has.
+fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<String>, PosesOfTree)> {
+    for inner in PLACES {
+        if !(inner.is_empty() || folder.has(inner)) {
+            continue;
+        }
+        let place = if inner.is_empty() { Folder::open(&folder.path, assets) } else { folder.inner(inner, assets) };
+        for ending in ENDINGS {
+            let names: Vec<String> = place.ending(ending).filter(|name| may_be_pose(name)).cloned().collect();
+            let Some(first) = names.first() else { continue };
+            let Ok(source) = place.read(first, assets) else { continue };
+            if let Some(found) = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1) {
+                return Some((place, names, found));
+            }
+        }
+    }
+    None
+}
+
+/// True for names of pictures with an ending, and none of K or of another array of the scene.
+fn may_be_pose(name: &str) -> bool {
+    name.ends_with(".pose.txt") || name.contains(|c: char| c.is_ascii_digit()) && !name.contains("intrinsic")
+}
+
+pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
+    find_poses(folder, assets).is_some()
+}
+
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file for each picture");
+    let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
+    let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
+    let name = format!("{} {}", place.name(), first.key);
+    let convention = convention_of(&name, hints, &mut calibration.notices);
+    let mut lost = Vec::new();
+    let mut size = None;
+    let alone = place.path == folder.path && !PICTURES.iter().any(|name| folder.has(name));
+    let scene = if alone { folder.inner("..", assets) } else { Folder::open(&folder.path, assets) };
+    let pictures = PICTURES.map(|name| (name, scene.inner(name, assets)));
+    for name in &names {
+        let source = place.read(name, assets)?;
+        let found = poses_of(&source, assets)?;
+        let [(_, line, matrix)] = found.matrices[..] else {
+            return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.matrices.len())));
+        };
+        if found.key != first.key {
+            return Err(FormatError::whole(
+                &source.path,
+                format!("its pose is {:?}, and that of the first file {:?}: expected the same", found.key, first.key),
+            ));
+        }
+        let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem).trim_end_matches(".pose");
+        let rows = checked(matrix).map_err(|message| FormatError::line(&source.path, line, message))?;
+        let Some(rows) = rows else {
+            lost.push(stem);
+            continue;
+        };
+        let mut record = CameraRecord::new(stem, PixelCenter::Integer);
+        record.pose = Some(convention.pose(&rows));
+        for ending in ["jpg", "png"] {
+            let own = format!("{stem}.color.{ending}");
+            if place.has(&own) {
+                record.image = Some(own);
+            }
+            let file = format!("{stem}.{ending}");
+            if let Some((inner, _)) = pictures.iter().find(|(_, pictures)| pictures.has(&file)) {
+                record.image = Some(format!("{inner}/{file}"));
+            }
+        }
+        if let (None, Some(image)) = (size, &record.image) {
+            let from = if image.contains('/') { scene.file("any") } else { place.file("any") };
+            size = size_of_picture(assets, &from, [image]);
+        }
+        calibration.records.push(record);
+    }
+    if size.is_none() {
+        // Pictures under other names than the poses: the first of them has the size.
+        size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
+    }
+    if let Some(first) = lost.first() {
+        calibration.note(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
+    }
+    if hints.intrinsics.is_none() {
+        with_intrinsics(&scene, &place, size, assets, &mut calibration)?;
+    }
+    Ok(calibration)
+}
+
+/// Gives the cameras K of the scene, and the size of its pictures.
+fn with_intrinsics(
+    scene: &Folder,
+    place: &Folder,
+    size: Option<[u32; 2]>,
+    assets: &mut AssetRoot,
+    calibration: &mut Calibration,
+) -> Result<()> {
+    let mut found: Vec<(String, DMat3)> = Vec::new();
+    for folder in [scene, place] {
+        for name in INTRINSICS {
+            let Ok(source) = folder.read(name, assets) else { continue };
+            let text = source.text()?;
+            if layout(text) == Some(MatrixLayout::Intrinsics) {
+                found.push((name.into(), intrinsics(text, &source.path)?));
+            }
+        }
+    }
+    let Some((name, k)) = found.first() else { return Ok(()) };
+    calibration.note(format!(
+        "K is that of {name}{}",
+        match size {
+            Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
+            None => String::new(),
+        }
+    ));
+    if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
+        calibration.note(format!("{other} has another K, which is not used: --intrinsics {other} does"));
+    }
+    for record in &mut calibration.records {
+        (record.k, record.size) = (Some(*k), size);
+    }
+    Ok(())
+}

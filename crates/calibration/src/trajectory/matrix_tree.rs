@@ -1,0 +1,228 @@
+//! Poses as matrices in JSON, YAML or `.npz`: a list of them, a map by the names of pictures, maps that have one each, or
+//! one of these under a key (`poses`, `w2c`).
+
+use std::path::Path;
+
+use crate::document::npy::NumpyArray;
+use crate::document::{Cursor, DocumentNode, npy, yaml, zip_members};
+use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
+
+/// Longest text that is parsed to find out what it is.
+const MAX_DETECTED_BYTES: usize = 16 << 20;
+/// Names of arrays of poses in `.npz` files; `arr_0` is that of `np.savez(file, poses)`.
+const ARRAYS: [&str; 13] = [
+    "arr_0",
+    "poses",
+    "pose",
+    "c2w",
+    "w2c",
+    "c2ws",
+    "w2cs",
+    "extrinsics",
+    "extrinsic",
+    "trajectory",
+    "cam_poses",
+    "camera_poses",
+    "cam2world",
+];
+/// Keys of a map that say which picture its matrix is of.
+const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path", "name", "frame", "id", "index"];
+
+/// Matrices by rows, each with its name, if it has one, and its line.
+pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
+
+/// The poses of a document, and what of it is not read.
+pub(crate) struct PosesOfTree {
+    /// The key above the poses; empty where there is none.
+    pub(crate) key: String,
+    pub(crate) matrices: FoundMatrices,
+    pub(crate) notices: Vec<String>,
+}
+
+/// True for a document that has poses.
+pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
+    if zip_members::is_zip(&source.bytes) {
+        return npy::names(&source.bytes).iter().any(|name| ARRAYS.contains(&name.as_str()))
+            || npy::shapes(&source.bytes).is_some_and(|shapes| shapes.iter().all(|shape| is_matrix(shape)));
+    }
+    is_document(&source.path, text)
+        && text.len() <= MAX_DETECTED_BYTES
+        && yaml::parse(text, &source.path)
+            .is_ok_and(|node| poses(&Cursor::root(&node, &source.path)).is_ok_and(|found| found.is_some()))
+}
+
+fn is_document(path: &Path, text: &str) -> bool {
+    let named = path.extension().is_some_and(|ending| ["json", "yaml", "yml"].iter().any(|known| ending == *known));
+    named || text.trim_start().starts_with(['[', '{'])
+}
+
+/// The poses of a file; None for a text that is no document of poses.
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>> {
+    if zip_members::is_zip(&source.bytes) {
+        return of_archive(source, assets).map(Some);
+    }
+    let text = source.text()?;
+    if !is_document(&source.path, text) {
+        return Ok(None);
+    }
+    let node: DocumentNode = match yaml::parse(text, &source.path) {
+        Ok(node) => node,
+        // Rows in brackets, as NumPy prints them.
+        Err(_) if source.path.extension().is_none_or(|ending| ending != "json") => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    poses(&Cursor::root(&node, &source.path))
+}
+
+/// True for the shape of one pose.
+fn is_matrix(shape: &[usize]) -> bool {
+    matches!(shape, [3 | 4, 4])
+}
+
+/// True for the shape of one pose or of a list of them.
+pub(crate) fn is_poses(shape: &[usize]) -> bool {
+    is_matrix(shape) || matches!(shape, [_, 3 | 4, 4])
+}
+
+/// The matrices of an array that has the shape of poses; none of another.
+pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMatrices> {
+    let numbers = array.numbers().filter(|_| is_poses(&array.shape))?;
+    let rows = array.shape[array.shape.len() - 2];
+    let matrix = |part: &[f64]| {
+        let mut m = [0.0; 16];
+        m[15] = 1.0;
+        m[..part.len()].copy_from_slice(part);
+        (name.map(str::to_owned), 1, m)
+    };
+    Some(numbers.chunks_exact(4 * rows).map(matrix).collect())
+}
+
+/// The poses of a `.npz` file: the array of them, or one array for each.
+fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
+    let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let lists: Vec<_> = arrays.iter().filter(|(_, array)| is_poses(&array.shape) && array.shape.len() == 3).collect();
+    let (key, taken) = match &lists[..] {
+        [] => (String::new(), arrays.iter().filter(|(_, array)| is_matrix(&array.shape)).collect()),
+        [one] => (one.0.clone(), vec![*one]),
+        [first, second, ..] => {
+            return Err(fail(format!("poses under {} and {}: which? Expected one array of them", first.0, second.0)));
+        }
+    };
+    let mut matrices = FoundMatrices::new();
+    for (name, array) in &taken {
+        let named = (array.shape.len() == 2 && taken.len() > 1).then_some(name.as_str());
+        let unread = || fail(format!("{name}: expected numbers: {}", array.reason()));
+        matrices.extend(of_array(array, named).ok_or_else(unread)?);
+    }
+    if matrices.is_empty() {
+        let shapes: Vec<_> = arrays.iter().map(|(name, array)| format!("{name} {:?}", array.shape)).collect();
+        return Err(fail(format!("no poses, [n, 4, 4] or [n, 3, 4], in it: it has {}", shapes.join(", "))));
+    }
+    let names: Vec<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
+    let document = npy::document(&arrays);
+    let notices = Cursor::root(&document, &source.path).unread_keys(|key| names.contains(&key))?;
+    let key = if taken.len() == 1 { names[0].to_owned() } else { key };
+    Ok(PosesOfTree { key, matrices, notices })
+}
+
+fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
+    if has_poses(root) {
+        let mut notices = Vec::new();
+        let matrices = all(root, &mut notices)?;
+        return Ok(Some(PosesOfTree { key: String::new(), matrices, notices }));
+    }
+    let Ok(entries) = root.entries() else { return Ok(None) };
+    let groups: Vec<_> = entries.into_iter().filter(|(_, at)| has_poses(at)).collect();
+    match &groups[..] {
+        [] => Ok(None),
+        [(key, at)] => {
+            let mut notices = root.unread_keys(|other| other == *key)?;
+            let matrices = all(at, &mut notices)?;
+            Ok(Some(PosesOfTree { key: (*key).to_owned(), matrices, notices }))
+        }
+        [(first, _), (second, at), ..] => {
+            Err(at.fail(format_args!("poses here and under {first}: which? Expected one of {first} and {second}")))
+        }
+    }
+}
+
+/// True for a matrix, a list of them, a map by names, or a list of maps with one each.
+fn has_poses(at: &Cursor<'_>) -> bool {
+    if matrix(at).is_some() {
+        return true;
+    }
+    match at.entries() {
+        Ok(entries) => {
+            let count = entries.iter().filter(|(_, at)| matrix(at).is_some()).count();
+            // One matrix among other things is something else, as the transform of a data set is.
+            count > 1 || count == 1 && entries.len() == 1
+        }
+        Err(_) => at
+            .list()
+            .is_ok_and(|items| items.first().is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())),
+    }
+}
+
+/// The only matrix among the values of a map, and its key.
+fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
+    let mut found = at.entries().ok()?.into_iter().filter(|(_, at)| matrix(at).is_some());
+    found.next().filter(|_| found.next().is_none())
+}
+
+/// The matrices of a node that has some.
+fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices> {
+    let required = |at: &Cursor<'_>| {
+        matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
+    };
+    if let Some(numbers) = matrix(at) {
+        return Ok(vec![(None, at.node.line, numbers)]);
+    }
+    if let Ok(entries) = at.entries() {
+        let is_pose = |key: &str| at.get(key).is_some_and(|at| matrix(&at).is_some());
+        notices.extend(at.unread_keys(is_pose)?);
+        let named = entries.into_iter().filter(|(key, _)| is_pose(key));
+        return named.map(|(key, at)| Ok((Some(key.to_owned()), at.node.line, required(&at)?))).collect();
+    }
+    let mut found = FoundMatrices::new();
+    for item in at.list()? {
+        if !item.is_map() {
+            found.push((None, item.node.line, required(&item)?));
+            continue;
+        }
+        let (key, inner) = matrix_of_map(&item).ok_or_else(|| item.fail("expected one pose, a 4x4 matrix, in it"))?;
+        let unread = item.unread_keys(|other| other == key || NAMES.contains(&other))?;
+        if found.is_empty() {
+            notices.extend(unread);
+        }
+        let name = item.any(&NAMES).and_then(|at| at.word().ok().map(str::to_owned));
+        found.push((name, inner.node.line, required(&inner)?));
+    }
+    Ok(found)
+}
+
+/// The numbers of a matrix of three or four rows, or of 16 numbers; None for another node.
+fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
+    let items = at.list().ok()?;
+    let rows: Vec<Vec<f64>> = match items.len() {
+        3 | 4 => items.iter().map(row).collect::<Option<_>>()?,
+        16 => row(at)?.chunks(4).map(<[f64]>::to_vec).collect(),
+        _ => return None,
+    };
+    let mut numbers = [0.0; 16];
+    numbers[15] = 1.0;
+    for (i, row) in rows.iter().enumerate() {
+        numbers[4 * i..4 * i + 4].copy_from_slice(<&[f64; 4]>::try_from(&row[..]).ok()?);
+    }
+    Some(numbers)
+}
+
+/// The numbers of a list, which may be infinite or none, as those of lost frames are.
+fn row(at: &Cursor<'_>) -> Option<Vec<f64>> {
+    let number = |cell: &Cursor<'_>| {
+        let word = cell.word().ok()?;
+        word.parse().or_else(|_| word.replace('.', "").parse()).ok()
+    };
+    at.list().ok()?.iter().map(number).collect()
+}

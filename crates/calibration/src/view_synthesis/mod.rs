@@ -1,0 +1,6 @@
+//! Cameras of benchmarks for stereo and view synthesis.
+
+pub(crate) mod llff;
+pub(crate) mod middlebury;
+pub(crate) mod mvsnet;
+pub(crate) mod neus;

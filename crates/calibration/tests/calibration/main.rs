@@ -1,0 +1,5 @@
+//! One file for each concept of the crate.
+
+mod corpus;
+mod formats;
+mod support;

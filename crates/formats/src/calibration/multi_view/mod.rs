@@ -1,7 +1,0 @@
-//! Cameras of benchmarks for stereo and view synthesis.
-
-pub(crate) mod aria;
-pub(crate) mod llff;
-pub(crate) mod middlebury;
-pub(crate) mod mvsnet;
-pub(crate) mod neus;

@@ -1,0 +1,374 @@
+"""Explanation of one pixel: every step of the lecture with its numbers, then its light, and the tree that is searched.
+
+The numbers of the flat picture come from :mod:`raycam.reference`: the functions of the reference picture, run for one
+ray over all triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import reference
+from ..camera.asked import camera_of, world_of
+from ..errors import SettingsError
+from ..io import atomic_files
+from ..reference.units import Bools, Floats, Units
+from . import figure, text
+from .all_triangles import Tried, tried
+from .lens import LensSteps, at_line, lens_steps, world_at_line
+from .light_path import LightPath, light_path
+from .lighting import Lighting, lighting
+from .scene_figure import light_figure, tree_figure
+from .tree import TreeSearch, tree_search
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+Subject = Literal["ray", "light", "tree"]
+SUBJECTS: tuple[Subject, ...] = ("ray", "light", "tree")
+"""Subjects of an explanation: the ray and its triangle, the light, the tree."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One triangle and the ray: steps 3 and 4. Points and vectors are [3], in the explanation's units."""
+
+    instance: int
+    """The id of the object."""
+    triangle: int
+    """The id of the triangle within its object."""
+    object_name: str
+    """The name of the object."""
+    color: Floats
+    """The triangle's linear RGB, [3]."""
+    a: Floats
+    b: Floats
+    c: Floats
+    n: Floats
+    """The normal of the plane, v2 x v1 = (c - a) x (b - a), not of unit length."""
+    n_dot_a_minus_C: float
+    n_dot_r: float
+    t: float
+    """The ray parameter n·(a - C) / n·r."""
+    f: Floats
+    """The intersection f(t) = C + t r of ray and plane."""
+    v1: Floats
+    """The edge b - a."""
+    v2: Floats
+    """The edge c - b."""
+    v3: Floats
+    """The edge a - c."""
+    g: Floats
+    """The point a + v3 of the plane, outside the triangle."""
+    u: Floats
+    """The segment g - f(t)."""
+    along_u: Floats
+    """The parameters s [3] of the intersections of f(t) + s u with the edges' lines; NaN for parallel lines."""
+    along_edge: Floats
+    """The parameters q [3] of the same points on the lines start + q edge; NaN for parallel lines."""
+    crossed: Bools
+    """True [3] for edges that the segment from f(t) to g crosses."""
+    on_edge: Bools
+    """True [3] for edges that f(t) lies on, up to rounding."""
+
+    @property
+    def crossings(self) -> int:
+        """The number of crossed edges."""
+        return int(self.crossed.sum())
+
+    @property
+    def inside(self) -> bool:
+        """True if f(t) is inside: an odd number of crossings, or a point on an edge."""
+        return self.crossings % 2 == 1 or bool(self.on_edge.any())
+
+    @property
+    def corners(self) -> Floats:
+        """The corners a, b, c as [3, 3]."""
+        return np.array([self.a, self.b, self.c])
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Every number by which the lecture's procedure finds the colour of one pixel.
+
+    Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
+    its origin. Then they are in the local `units`.
+    """
+
+    world: World = field(repr=False, compare=False)
+    camera: Camera = field(repr=False, compare=False)
+    pixel: tuple[int, int]
+    """The pixel as (column, row)."""
+    units: Units
+    P: Floats
+    """The camera matrix, [3, 4], in these units."""
+    x: Floats
+    """The centre of the pixel, homogeneous, [3]."""
+    M: Floats
+    """The left 3 x 3 of P."""
+    det_M: float
+    C: Floats
+    """The camera centre, [3]."""
+    X: Floats
+    """The point P⁺ x on the pixel's line, homogeneous, [4]."""
+    X_prime: Floats | None
+    """The same point, [3]; None when it lies at infinity."""
+    line: Floats
+    """The vector X' - C, [3]; the direction of the line when X' lies at infinity."""
+    forward: Floats
+    """The third row of R, [3], of unit length."""
+    forward_dot_line: float
+    """The dot product of `forward` and `line`; positive for X' in front of the camera."""
+    r: Floats
+    """The direction of the ray, [3]: `line` or its opposite."""
+    triangles: int
+    """The number of triangles in the world; the sum of the next four numbers and `inside`."""
+    without_area: int
+    parallel: int
+    behind: int
+    outside: int
+    candidates: tuple[Candidate, ...]
+    """The nearest hit triangles and the narrowest misses, by t."""
+    winner: Candidate | None
+    """The closest hit triangle; None for a miss."""
+    color: Floats
+    """Linear RGB of the pixel, [3]."""
+    depth: float
+    """The depth along the principal axis, in world units; +inf for a miss."""
+    distance: float
+    """The distance from C to f(t), in world units; +inf for a miss."""
+    lens: LensSteps | None = None
+    """The steps of the ray of a camera with a lens or parallel rays; None for a pinhole. `P` is then the matrix of a
+    pinhole that has the same ray, and `r` has length 1."""
+
+    @property
+    def inside(self) -> int:
+        """The number of triangles that the ray hits."""
+        return self.triangles - self.without_area - self.parallel - self.behind - self.outside
+
+    def __str__(self) -> str:
+        """The lecture's steps with formulas and numbers, as text."""
+        return text.text(self)
+
+    def __repr__(self) -> str:
+        """The pixel and what it sees, in one line; `str` has all steps."""
+        seen = text.name(self.winner) if self.winner else "no triangle"
+        return f"Explanation of pixel {self.pixel}: sees {seen}; print it for all steps"
+
+    def _repr_svg_(self) -> str:
+        """The figure that a notebook shows."""
+        return self.svg()
+
+    def lighting(self, samples: int = 256) -> Lighting:
+        """The light of the pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
+
+        Suns, bulbs and spots without an extent are closed forms; the others are means of `samples` samples.
+        """
+        return lighting(self, samples)
+
+    def light_path(self, seed: int = 0, max_bounces: int = 5) -> LightPath:
+        """One path of light through the pixel, of at most `max_bounces` points; another one for each `seed`."""
+        return light_path(self, seed, max_bounces)
+
+    def tree(self) -> TreeSearch:
+        """The search for the closest triangle in a tree of boxes: the boxes that the ray enters, and counts."""
+        return tree_search(self)
+
+    def svg(self, of: Subject = "ray") -> str:
+        """A figure as SVG.
+
+        Of the "ray": the picture with the marked pixel, ray and triangle in 3D, and the inside test. Of the "light":
+        shadow rays and a path of light in 3D. Of the "tree": the boxes that the ray enters. Raises SettingsError for
+        another word.
+        """
+        if of not in SUBJECTS:
+            raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}")
+        if of == "light":
+            return light_figure(self, self.lighting(), self.light_path())
+        return tree_figure(self, self.tree()) if of == "tree" else figure.figure(self)
+
+    def save_figure(self, path: str | os.PathLike[str], of: Subject = "ray") -> None:
+        """Writes the figure `svg` to an .svg file atomically, or to a .png or .pdf with CairoSVG.
+
+        Raises SettingsError for another ending and without CairoSVG, and OSError if the file cannot be written.
+        """
+        check_figure(path)
+        svg, suffix = self.svg(of).encode(), Path(path).suffix.lower()
+        atomic_files.write(path, svg if suffix == ".svg" else _converter(suffix)(bytestring=svg))
+
+
+def explain(
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | tuple[int, int] | None = None,
+    pixel: tuple[int, int] | None = None,
+) -> Explanation:
+    """Explains the colour of one pixel of ``raycam.render(world, camera, integrator="flat")``.
+
+    `world` and `camera` are as in `raycam.render`; ``explain(world, (320, 240))`` takes the default camera.
+    `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
+
+    Cameras may have a lens or parallel rays: the ray is then explained from the pixel through the undistortion to the
+    direction in the world. A moving camera, and a world at a time before a rolling shutter, are explained as they are
+    in the middle of the exposure of the pixel's line, as ground truth is.
+
+    Raises SettingsError for a pixel outside the picture, CameraError for one outside of the image of a lens.
+    """
+    if pixel is None:  # explain(world, pixel)
+        camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
+    if pixel is None:
+        raise SettingsError("pixel is missing: (column, row), whole numbers from (0, 0) at the top left")
+    world = world_of(world)
+    camera = camera_of(world, camera)
+    column, row = pixel_of(camera, pixel)
+    world = world_at_line(world, camera, np.array([column, row]) + camera.corner + 0.5)
+    camera = at_line(camera, column, row)
+    is_plain = camera.model == "pinhole" and not camera.is_parallel
+    lens = None if is_plain else lens_steps(camera, column, row)
+    matrix = camera.P if lens is None else lens.P
+    world_corners = np.asarray(world.triangles(), dtype=np.float64)
+    units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(matrix))
+    P = units.camera(matrix)
+    center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
+
+    C = reference.camera_center(P)
+    X = reference.points_on_lines(P, center)
+    forward = reference.third_row_of_r(P)
+    line = reference.lines(X, C)
+    r = reference.pointed_forward(line, forward) if lens is None else lens.direction[None]
+
+    found = tried(world_corners, units.points, C, r[0])
+    candidates = _candidates(world, found, units.points(world_corners[found.shown]), C, r[0])
+    winner = candidates.get(found.nearest)
+    distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
+    axis = forward if lens is None else lens.forward
+    depth = winner.t * float(r[0] @ axis) * units.scale if winner else np.inf
+    return Explanation(
+        world=world,
+        camera=camera,
+        pixel=(column, row),
+        units=units,
+        P=P,
+        x=np.append(center[0], 1.0),
+        M=P[:, :3],
+        det_M=float(np.linalg.det(P[:, :3])),
+        C=C,
+        X=X[0],
+        X_prime=None if reference.at_infinity(X)[0] else X[0, :3] / X[0, 3],
+        line=line[0],
+        forward=forward,
+        forward_dot_line=float(forward @ line[0]),
+        r=r[0],
+        triangles=found.triangles,
+        without_area=found.without_area,
+        parallel=found.parallel,
+        behind=found.behind,
+        outside=found.outside,
+        candidates=tuple(candidates.values()),
+        winner=winner,
+        color=winner.color if winner else reference.background(world),
+        depth=depth,
+        distance=distance,
+        lens=lens,
+    )
+
+
+def _candidates(world: World, found: Tried, corners: Floats, C: Floats, r: Floats) -> dict[int, Candidate]:
+    """The details of the triangles that are shown, by their index; `corners` are theirs."""
+    ids, colors = world.triangle_ids()[found.shown], world.triangle_colors()[found.shown]
+    n = reference.normals(corners)
+    t = reference.plane_distances(n, corners[:, 0], C, r[None])[0]
+    return {
+        int(index): candidate(world, ids[i], colors[i], corners[i], n[i], C, r, float(t[i]))
+        for i, index in enumerate(found.shown)
+    }
+
+
+FIGURES = (".svg", ".png", ".pdf")
+"""Endings of figures."""
+
+
+def _converter(suffix: str) -> Callable[..., bytes]:
+    """CairoSVG's function for an ending; raises `SettingsError` if it is not installed."""
+    try:
+        import cairosvg
+    except (ImportError, OSError) as error:  # OSError: without the library cairo
+        raise SettingsError(
+            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg"
+        ) from None
+    convert: Callable[..., bytes] = getattr(cairosvg, f"svg2{suffix[1:]}")
+    return convert
+
+
+def check_figure(path: str | os.PathLike[str]) -> None:
+    """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in FIGURES:
+        raise SettingsError(
+            f"{path}: a figure is written as .svg, which browsers show and print at any size, as .png or as .pdf"
+        )
+    if suffix != ".svg":
+        _converter(suffix)
+    atomic_files.check_writable(path)
+
+
+def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
+    """The pixel as two ints within the picture; raises SettingsError."""
+    try:
+        column, row = (number.__index__() for number in pixel)
+    except (AttributeError, TypeError, ValueError):
+        raise SettingsError(f"pixel must be two whole numbers, (column, row), not {pixel!r}") from None
+    width, height = camera.size
+    if not (0 <= column < width and 0 <= row < height):
+        raise SettingsError(
+            f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
+            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}"
+        )
+    return column, row
+
+
+def candidate(
+    world: World,
+    ids: npt.NDArray[np.int32],
+    color: npt.NDArray[np.float32],
+    corners: Floats,
+    n: Floats,
+    C: Floats,
+    r: Floats,
+    t: float,
+) -> Candidate:
+    """The details of a triangle: its ids (instance, triangle), its colour, and where the ray meets its plane."""
+    f = C + t * r
+    found = reference.crossings(corners, n, f, reference.edge_tolerance(corners, n, C, r, f))
+    v1, v2, v3 = reference.edge_vectors(corners)
+    instance, triangle = (int(number) for number in ids)
+    return Candidate(
+        instance=instance,
+        triangle=triangle,
+        object_name=world.objects[instance].name,
+        color=np.asarray(color, dtype=np.float64),
+        a=corners[0],
+        b=corners[1],
+        c=corners[2],
+        n=n,
+        n_dot_a_minus_C=float(n @ (corners[0] - C)),
+        n_dot_r=float(n @ r),
+        t=t,
+        f=f,
+        v1=v1,
+        v2=v2,
+        v3=v3,
+        g=found.g,
+        u=found.u,
+        along_u=found.along_u,
+        along_edge=found.along_edge,
+        crossed=found.crossed,
+        on_edge=found.on_edge,
+    )

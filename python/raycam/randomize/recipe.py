@@ -1,0 +1,428 @@
+"""Randomised worlds. A recipe is a world file with random values, randomly placed objects and cameras that show them.
+
+world = raycam.sample("table.recipe.toml", 17)
+
+World number 17 is a function of the recipe, its seed and 17.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..arguments import Floats, product, whole
+from ..camera import Background, Camera
+from ..errors import FormatError, SettingsError, WorldError
+from ..io.html_form import html_table
+from ..progress import bar
+from ..world import World
+from ..world.description import plain
+from ..world.load import load
+from .backgrounds import BackgroundFolder
+from .calibrated import calibrated
+from .draws import ONE_OF, RandomStream, RejectedSample, known_keys
+from .placement import ConvexPrism, PlacementSampler
+from .views import place_camera
+
+__all__ = ["Recipe", "sample"]
+
+PLACE_KEYS = ("on", "gap", "count")
+"""Keys of an object in a recipe that a world file does not have."""
+MAX_FILE_BYTES = 16 << 20
+MAX_OBJECTS = 100_000
+GEOMETRY = (
+    *("box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "triangles", "refine"),
+    *("roll", "pitch", "yaw", "scale", "matrix"),
+)
+POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
+MIN_GAP = 0.001
+MAX_ATTEMPTS = 10
+"""Samples of a world before an error is raised."""
+
+
+class Recipe:
+    """A recipe for randomised worlds.
+
+    `recipe` is the path of a .toml file, or the same as a dict, whose files are then in `folder`. A recipe is a world
+    file with these additions:
+
+    * A draw may replace any value of an object, a light, a camera and of [render]:
+      `{ uniform = [low, high] }` (numbers, or lists of them), `{ log_uniform = [low, high] }`,
+      `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
+    * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
+    * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
+    * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
+      lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
+      with `on` only stand on objects without.
+    * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
+      with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
+      whose file does not state it.
+    * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
+      `raycam.randomize.views.place_camera`.
+    * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
+      each world, cut to the frame (`fit = "cover"`); with `fit = "exact"`, they are photographs of the cameras' size.
+    * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
+    * `seed` (0).
+
+    Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
+    """
+
+    def __init__(
+        self,
+        recipe: str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] = ".",
+        seed: int | None = None,
+    ) -> None:
+        if isinstance(recipe, Mapping):
+            self.description = dict(recipe)
+            self.folder = Path(folder).absolute()
+            self._source = ""
+        else:
+            if not isinstance(recipe, str | os.PathLike):
+                raise SettingsError(f"recipe must be a path or a mapping, not {type(recipe).__name__}")
+            self._source = f"{os.fspath(recipe)}: "
+            self.description, self.folder = _read(Path(recipe))
+        given = self.description.pop("seed", 0)
+        self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
+        """The seed of all draws."""
+        known_keys(
+            "a recipe",
+            self.description,
+            ("up", "world", "object", "light", "camera", "render", "video", "background"),
+        )
+        for kind in ("object", "light", "camera"):
+            one = self.description.get(kind, [])
+            rows = [one] if isinstance(one, Mapping) else one
+            if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
+                raise WorldError(f"{kind} must be a list of tables, not {one!r}")
+            self.description[kind] = [dict(row) for row in rows]
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows: a row for each object, light and camera of the recipe."""
+        rows = [
+            (kind, row.get("name", row.get("type", "")), row.get("count", 1), ", ".join(row))
+            for kind in ("object", "light", "camera")
+            for row in self.description[kind]
+        ]
+        return html_table(repr(self), ("", "name", "count", "keys"), rows)
+
+    def __repr__(self) -> str:
+        """Source, seed and counts of tables as text."""
+        counts = [f"{len(self.description[kind])} [[{kind}]]" for kind in ("object", "light", "camera")]
+        return (
+            f"Recipe {self._source.removesuffix(': ') or 'of a dict'}, seed {self.seed}: {', '.join(counts)}"
+        )
+
+    @cached_property
+    def _base(self) -> World | None:
+        """The world to which everything is added, loaded once; None without `world`."""
+        name = self.description.get("world")
+        if name is None:
+            return None
+        if not isinstance(name, str):
+            raise WorldError(f"world must be the name of a file, not {name!r}")
+        path = self._inside(name)
+        if path is None:
+            raise WorldError(f"world = {name!r} is not in the recipe's folder; only files in it are opened")
+        return load(path)
+
+    def _inside(self, name: str) -> Path | None:
+        """The path of a file in the recipe's folder; None for a file outside, which is not opened."""
+        path = (self.folder / name).resolve()
+        return path if path.is_relative_to(self.folder.resolve()) else None
+
+    @cached_property
+    def backgrounds(self) -> BackgroundFolder | None:
+        """The pictures that are laid behind cameras; None without `background`."""
+        given = self.description.get("background")
+        return None if given is None else BackgroundFolder(given, self.folder)
+
+    def background(self, number: int, camera: str) -> Background | None:
+        """The picture behind a camera of world `number`, by its name; None without `background`."""
+        folder = self.backgrounds
+        return None if folder is None else folder.background(self._behind(number, camera))
+
+    def background_name(self, number: int, camera: str) -> str | None:
+        """The name of `background`'s picture in the folder of backgrounds."""
+        folder = self.backgrounds
+        return None if folder is None else folder.name_of(self._behind(number, camera))
+
+    def _behind(self, number: int, camera: str) -> RandomStream:
+        """The random stream of the picture behind a camera, whatever else is drawn again."""
+        return RandomStream(self.seed, "world", number, "background", camera)
+
+    @cached_property
+    def _shapes(self) -> dict[str, tuple[ConvexPrism, Floats]]:
+        """Cache of bounds at the origin and world_from_mesh of placed objects, by their description."""
+        return {}
+
+    @cached_property
+    def categories(self) -> dict[int, str]:
+        """The categories that the worlds may have, by id; whole numbers are their own ids, names get free ones."""
+        found = dict(self._base.categories) if self._base is not None else {}
+        names = [str(value) for value in _values(self.description["object"], "category")]
+        for name in names:
+            if name.isdigit() and name not in found.values():
+                found[int(name)] = name
+        for name in names:
+            if name not in found.values():
+                found[next(number for number in count(1) if number not in found)] = name
+        return found
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The SHA-256 of every named file in the folder; meshes and worlds include the files that they name."""
+        found: dict[str, str] = {}
+        for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
+            for name in _values(self.description, key):
+                path = self._inside(str(name))
+                if not isinstance(name, str) or name in found or path is None or not path.is_file():
+                    continue
+                # The hash of a mesh covers its materials, textures and buffers too.
+                data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
+                found[name] = hashlib.sha256(data).hexdigest()
+        if self.backgrounds is not None:
+            found[f"{self.backgrounds.name}/"] = self.backgrounds.stamp
+        return found
+
+    def check_camera_counts(self) -> None:
+        """Raises `WorldError` if the number of cameras may differ between worlds."""
+        for number, table in enumerate(self.description["camera"]):
+            if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
+                raise WorldError(
+                    f"camera[{number}]: in a data set every world has the same cameras: count must be a number, and "
+                    f"{ONE_OF} is for what cameras see"
+                )
+
+    def world(self, number: int) -> World:
+        """World `number`, from 0, independent of other worlds.
+
+        If an object has no room or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
+
+        Raises the errors of `World.from_dict`, and `WorldError` if no attempt succeeds.
+        """
+        draw = RandomStream(self.seed, "world", whole("number", number, 0, 1 << 62))
+        with bar(f"drawing world {number}") as progress:
+            for chance in range(MAX_ATTEMPTS):
+                progress(chance, MAX_ATTEMPTS)
+                try:
+                    return self._with_backgrounds(
+                        self._drawn(draw.substream("again", chance) if chance else draw), number
+                    )
+                except RejectedSample as fault:
+                    last = fault
+                except WorldError as fault:
+                    raise WorldError(f"{self._source}{fault}") from None
+        raise WorldError(
+            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
+        )
+
+    def _with_backgrounds(self, world: World, number: int) -> World:
+        """The world with pictures behind its cameras that have none, but for those of rigs."""
+        if self.backgrounds is not None:
+            mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
+            for name, camera in world.cameras.items():
+                if name not in mounted and camera.background is None:
+                    world.set_camera(name, camera.with_background(self.background(number, name)))
+        return world
+
+    def _drawn(self, draw: RandomStream) -> World:
+        """Builds the world of a random stream; may raise `RejectedSample`."""
+        still: list[dict[str, Any]] = []
+        placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]] = []
+        for item, place in self._rows("object", draw):
+            how = {key: item.pop(key) for key in PLACE_KEYS[:2] if key in item}
+            if "on" in how:
+                placed.append((item, how, place))
+            elif how:
+                raise WorldError(f"object {item.get('name', '')!r}: gap goes with on, which is missing")
+            else:
+                still.append(item)
+        world = self._begun(draw, still)
+        self._place_objects(world, placed)
+        for light, _ in self._rows("light", draw):
+            _core.world_add_light(world._core, plain(light), self.folder)
+        for camera, place in self._rows("camera", draw):
+            self._place_cameras(world, camera, place)
+        return world
+
+    def _rows(self, kind: str, draw: RandomStream) -> list[tuple[dict[str, Any], RandomStream]]:
+        """The tables of a kind with drawn values, each repeated `count` times, and their streams."""
+        found: list[tuple[dict[str, Any], RandomStream]] = []
+        for i, table in enumerate(self.description[kind]):
+            row = dict(table)
+            place, where = draw.substream(kind, i), f"{kind}[{i}]"
+            drawn = place.substream("count").value(row.pop("count", None), f"{where}.count")
+            copies = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MAX_OBJECTS)
+            for copy in range(copies):
+                here = place.substream(copy)
+                one = here.value(row, where)
+                if drawn is not None and kind != "light" and isinstance(one.get("name"), str):
+                    one["name"] = f"{one['name']}-{copy + 1}"
+                found.append((one, here))
+        return found
+
+    def _begun(self, draw: RandomStream, objects: list[dict[str, Any]]) -> World:
+        """The world with all objects that are not placed at random."""
+        table = self.description
+        render = draw.substream("render").value(table.get("render", {}), "render")
+        if self._base is None:
+            more = {"video": table["video"]} if "video" in table else {}
+            return World.from_dict(
+                {"up": table.get("up", "z"), "object": objects, "render": render, **more}, folder=self.folder
+            )
+        for key in ("up", "render"):
+            if key in table:
+                raise WorldError(f"{key}: it is for {table['world']} to say")
+        # World.at returns a separate world that shares the acceleration structures.
+        world = self._base.at(0.0)
+        for item in objects:
+            self._add(world, item)
+        if "video" in table:
+            world.set_video(table["video"])
+        return world
+
+    def _add(self, world: World, item: Mapping[str, Any]) -> int:
+        """Adds an object; its files must be in the recipe's folder, because a recipe is untrusted."""
+        return _core.world_add_object(world._core, plain(item), self.folder)
+
+    def _place_objects(
+        self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]]
+    ) -> None:
+        placer = PlacementSampler(world) if placed else None
+        first: dict[str, str] = {}
+        for item, how, place in placed:
+            what = f"object {item.get('name', '')!r}".replace(" ''", "")
+            if "location" in item or "instance_of" in item:
+                raise WorldError(
+                    f"{what}: location and instance_of do not go with on, which finds it a place"
+                )
+            gap = how.get("gap", MIN_GAP)
+            if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
+                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}")
+            if not isinstance(how["on"], str):
+                raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}")
+            assert placer is not None  # made above if there are objects to place
+            try:
+                shape, matrix = self._shape(world, item)
+            except WorldError as fault:
+                raise WorldError(f"{what}: {fault}") from None
+            pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
+            row = {key: value for key, value in item.items() if key not in POSE}
+            style = row.keys() - {*GEOMETRY, "name", "category"}
+            # Objects of one shape share a mesh, unless they would inherit the first one's appearance.
+            key = json.dumps([_kept(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+            if (
+                key in first
+                and "category" in row
+                and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+            ):
+                row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
+            number = self._add(world, {**row, "matrix": product(pose, matrix).tolist()})
+            first.setdefault(key, world.objects[number].name)
+
+    def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
+        """The bound of an object at the origin, and its world_from_mesh."""
+        alone = _kept(item, GEOMETRY)
+        key = json.dumps([world.up, alone], sort_keys=True, default=str)
+        if key not in self._shapes:
+            thing = World(world.up)
+            self._add(thing, alone)
+            if len(self._shapes) >= 256:
+                self._shapes.pop(next(iter(self._shapes)))
+            self._shapes[key] = (ConvexPrism.around(thing.triangles(), world.up), thing.objects[0].matrix)
+        return self._shapes[key]
+
+    def _place_cameras(self, world: World, table: Mapping[str, Any], place: RandomStream) -> None:
+        row = dict(table)
+        wanted = row.pop("see", None)
+        name = row.get("name", "camera")
+        if wanted is not None and not isinstance(wanted, Mapping):
+            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}")
+        if "calibration" in row:
+            path = self._inside(str(row["calibration"]))
+            if path is None:
+                raise WorldError(
+                    f"camera {name!r}: calibration = {row['calibration']!r} is not in the recipe's folder"
+                )
+            row = calibrated(row, path, world.up, f"camera {name!r}")
+        if wanted is not None:
+            row = {key: value for key, value in row.items() if key != "t"}
+            row |= {"R": np.eye(3).tolist(), "C": [0.0, 0.0, 0.0]}
+        lens: Camera = next(
+            iter(World.from_dict({"up": world.up, "camera": [row]}, folder=self.folder).cameras.values())
+        )
+        camera = (
+            lens
+            if wanted is None
+            else place_camera(world, lens, wanted, place.substream("see"), f"camera {name!r}")
+        )
+        world.add_camera(camera, name)
+
+
+def sample(
+    recipe: str | os.PathLike[str] | Mapping[str, Any] | Recipe,
+    number: int = 0,
+    *,
+    seed: int | None = None,
+    folder: str | os.PathLike[str] = ".",
+) -> World:
+    """World `number` of a recipe; see `Recipe`, which is faster for many worlds.
+
+    The same recipe, seed and number give the same world on every machine, up to the last bits of the machine's sine and
+    cosine. Raises the errors of `Recipe` and `Recipe.world`.
+    """
+    if isinstance(recipe, Recipe):
+        return recipe.world(number)
+    return Recipe(recipe, folder=folder, seed=seed).world(number)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], Path]:
+    with path.open("rb") as file:
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
+        raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB")
+    _core.check_stand_in(path, data)
+    try:
+        return tomllib.loads(data.decode()), path.absolute().parent
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise FormatError(f"{path}: no TOML: {fault}") from None
+
+
+def _kept(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if key in keys}
+
+
+def _values(description: Any, key: str) -> Iterator[Any]:
+    """Iterates over all values that a key may have anywhere in a description, including the options of draws."""
+    if isinstance(description, Mapping):
+        for name, value in description.items():
+            if name == key:
+                yield from _leaves(value)
+            elif isinstance(value, Mapping | list | tuple):
+                yield from _values(value, key)
+    elif isinstance(description, list | tuple):
+        for value in description:
+            yield from _values(value, key)
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _leaves(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _leaves(inner)
+    else:
+        yield value

@@ -1,0 +1,333 @@
+"""Rigs: several cameras on one moving body."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._serialization import DictSerializable
+from ..annotations.flow import disparity
+from ..arguments import Floats, one_of, product, several, word
+from ..camera import Camera
+from ..camera._arguments import Up, checked_up, matrix, number, vector
+from ..camera._optics import Readout
+from ..camera.asked import only_camera
+from ..errors import CameraError
+from ..io.html_form import html_table
+from ..render import channel_names, render
+from ..render.frame import Frame
+from ._rectify import rectified
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["Rig"]
+
+CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+"""The rotation camera_from_body of a camera that looks along the body's x axis, with the body's z axis up."""
+
+
+class Rig(DictSerializable, Mapping[str, Camera]):
+    """Cameras mounted on one body, immutable: a mapping from their names to the cameras in world coordinates.
+
+    `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on the body. The body's
+    pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera
+    in the world is camera_from_body · body_from_world. Where angles give the pose (`placed`, world files, videos), the
+    body axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
+    COLMAP's and KITTI's is the first camera.
+
+    Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position.
+    """
+
+    __slots__ = ("_cameras", "_core", "_up")
+
+    def __init__(
+        self,
+        cameras: Mapping[str, Camera],
+        R: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        C: npt.ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        name: str = "rig",
+        up: Up = "z",
+    ) -> None:
+        if not isinstance(cameras, Mapping):
+            raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
+        named = [
+            (word("the name of a camera", key), only_camera(camera)._core) for key, camera in cameras.items()
+        ]
+        self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), named), up)
+
+    def _set(self, core: _core.Rig, up: str) -> None:
+        self._core = core
+        self._up = checked_up(up)
+        self._cameras = {name: Camera._of(camera, self._up) for name, camera in core.cameras()}
+
+    @classmethod
+    def _of(cls, core: _core.Rig, up: str) -> Self:
+        rig = cls.__new__(cls)
+        rig._set(core, up)
+        return rig
+
+    @classmethod
+    def of(
+        cls,
+        cameras: Mapping[str, Camera],
+        R: npt.ArrayLike | None = None,
+        C: npt.ArrayLike | None = None,
+        *,
+        name: str = "rig",
+    ) -> Self:
+        """A rig of cameras in world coordinates, on a body at `R` and `C` (default: the pose of the first camera).
+
+        Raises `CameraError` for a camera with its centre at infinity.
+        """
+        if not cameras:
+            raise CameraError("a rig without cameras; expected at least one")
+        for key, camera in cameras.items():
+            if camera._core.center == "infinity":
+                raise CameraError(
+                    f"camera {key!r} has its centre at infinity: no body can carry it, it is nowhere"
+                )
+        first = next(iter(cameras.values()))
+        turn = first.R if R is None else matrix("R", R)
+        place = first.location if C is None else np.array(vector("C", C))
+        mounts = {
+            key: camera.at_pose(product(camera.R, turn.T), product(turn, camera.location - place))
+            for key, camera in cameras.items()
+        }
+        return cls(mounts, turn, place, name=name, up=first.up)
+
+    @classmethod
+    def stereo(cls, camera: Camera, baseline: float, *, name: str = "stereo") -> Self:
+        """A rectified pair: `camera` as "left", and the same `baseline` metres to its right as "right".
+
+        The body is the left camera. Raises `CameraError` for a baseline that is not greater than 0.
+        """
+        length = number("baseline", baseline)
+        if not 0.0 < length < np.inf:
+            raise CameraError(f"baseline is {baseline}; expected metres to the right camera, more than 0")
+        right = camera.at_pose(camera.R, camera.location + length * camera.R[0])
+        return cls.of({"left": camera, "right": right}, name=name)
+
+    @classmethod
+    def from_dict(cls, description: Mapping[str, Any], *, up: Up = "z") -> Self:
+        """The rig described by a `[rig]` table of a world file, given as a dict such as `to_dict` returns.
+
+        Raises `WorldError` or `CameraError` with the key at fault.
+        """
+        return cls._of(_core.Rig.from_dict(dict(description), checked_up(up)), up)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The rig as a `[rig]` table of a world file; `from_dict` restores the same rig to the last digit."""
+        description: dict[str, Any] = json.loads(self._core.to_json())
+        return description
+
+    # Cameras ----------------------------------------------------------------------------------------------
+
+    def __getitem__(self, name: str) -> Camera:
+        """The camera of this name in world coordinates; raises `KeyError` if it is unknown."""
+        return self._cameras[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterates over the names of the cameras."""
+        return iter(self._cameras)
+
+    def __len__(self) -> int:
+        """The number of cameras."""
+        return len(self._cameras)
+
+    @property
+    def mounts(self) -> dict[str, Camera]:
+        """The cameras in body coordinates, by name."""
+        return {name: Camera._of(camera, "z") for name, camera in self._core.mounts()}
+
+    @property
+    def name(self) -> str:
+        """The rig's name in a world."""
+        return self._core.name
+
+    @property
+    def R(self) -> Floats:
+        """The rotation body_from_world [3, 3]; for a moving body, at the middle of its motion."""
+        return np.array(self._core.r)
+
+    @property
+    def C(self) -> Floats:
+        """The body's position [3] in the world."""
+        return np.array(self._core.c)
+
+    @property
+    def up(self) -> Up:
+        """The axis of the world that `roll_pitch_yaw` calls up."""
+        return self._up
+
+    @property
+    def roll_pitch_yaw(self) -> Floats:
+        """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as `placed` takes them."""
+        ahead = Camera(np.eye(3), product(CAMERA_FROM_BODY, self.R), self.C, (1, 1), up=self._up)
+        return ahead.roll_pitch_yaw
+
+    @property
+    def shutter(self) -> dict[str, Any] | None:
+        """`exposure`, `readout`, `direction` and the `track` of the body; None for a body at rest."""
+        table: dict[str, Any] | None = self.to_dict().get("shutter")
+        return table
+
+    def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
+        """The vector [3] from one camera's centre to another's, in the axes of the first, metres.
+
+        Cameras are given by name; the default is the first and the second camera of the rig.
+        """
+        left, right = (self[name] for name in self.pair(first, second))
+        return product(left.R, right.C - left.C)
+
+    def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
+        """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
+        names = list(self)
+        if len(names) < 2:
+            raise CameraError(f"a pair of cameras is asked for, and the rig {self.name!r} has one")
+        left = names[0] if first is None else one_of("camera", first, names, error=CameraError)
+        others = [name for name in names if name != left]
+        return left, others[0] if second is None else one_of("camera", second, names, error=CameraError)
+
+    # Poses ------------------------------------------------------------------------------------------------
+
+    def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
+        """The same rig at another pose: body_from_world [3, 3] and position [3]. The rig's motion moves along."""
+        return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
+
+    def placed(
+        self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+    ) -> Self:
+        """The same rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
+        ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
+        return self.at_pose(product(CAMERA_FROM_BODY.T, ahead.R), ahead.C)
+
+    def moving(
+        self,
+        to: Rig | Sequence[tuple[float, Rig]],
+        *,
+        exposure: float = 0.0,
+        readout: float = 0.0,
+        direction: Readout = "down",
+    ) -> Self:
+        """The same rig moving while the shutters of all its cameras are open, as in `Camera.moving`.
+
+        The body moves from its own pose to the pose of `to`, or along a list of (seconds, rig). Its position is
+        interpolated linearly, its rotation along the shortest arc, so that cameras away from the axis move on arcs.
+        """
+        shutter: dict[str, Any] = {
+            "exposure": number("exposure", exposure),
+            "readout": number("readout", readout),
+            "direction": direction,
+        }
+        table = self.still().to_dict()
+        if isinstance(to, Sequence):
+            shutter["track"] = [{"time": number("time", time), "pose": _pose(rig)} for time, rig in to]
+            del table["R"], table["C"]
+        else:
+            shutter["end"] = _pose(to)
+        return self._of(_core.Rig.from_dict({**table, "shutter": shutter}, self._up), self._up)
+
+    def still(self) -> Self:
+        """The same rig at rest, at the middle of its motion."""
+        table = self.to_dict()
+        if table.pop("shutter", None) is None:
+            return self
+        return self._of(_core.Rig.from_dict({**table, **_pose(self)}, self._up), self._up)
+
+    # Pictures ---------------------------------------------------------------------------------------------
+
+    def render(
+        self,
+        world: World,
+        *,
+        channels: Sequence[str] | str = ("color", "depth", "instance", "triangle"),
+        pair: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> dict[str, Frame]:
+        """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
+
+        `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
+        default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
+        `raycam.disparity`.
+
+        Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
+        """
+        asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
+        asked = [word("channel", name) for name in asked]
+        names = [name for name in asked if name != "disparity"]
+        found: dict[str, npt.NDArray[Any]] = {}
+        if len(names) < len(asked):
+            left, right = self.pair(*(pair or ()))
+            cameras, threads = (self[left], self[right]), options.get("threads")
+            found[left] = disparity(world, *cameras, of="left", threads=threads)["disparity"]
+            found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
+        plain = channel_names("all" if names == ["all"] else names or ["depth"])
+        frames = {}
+        for name, camera in self.items():
+            frame = render(world, camera, channels=plain, **options)
+            planes = {key: frame[key] for key in frame if names}
+            if name in found:
+                x, y, width, height = frame.region
+                planes["disparity"] = np.ascontiguousarray(found[name][y : y + height, x : x + width])
+            frames[name] = Frame(
+                planes,
+                camera=camera,
+                size=frame.size,
+                region=frame.region,
+                exposure=frame.exposure,
+                view=frame.view,
+                transparent=frame.transparent,
+                notices=frame.notices,
+            )
+        return frames
+
+    def rectified(
+        self,
+        left: str | None = None,
+        right: str | None = None,
+        *,
+        K: npt.ArrayLike | None = None,
+        size: Sequence[int] | None = None,
+    ) -> Rig:
+        """The rectified pair of two cameras: pinholes "left" and "right" with the same image rows.
+
+        Both get the rotation halfway between theirs, turned by the smallest angle that puts x along the baseline, and
+        the same `K`. The default `K` has the mean of their focal lengths along y, and a principal point that keeps the
+        middles of both pictures in the middle on average. The default `size` is the left camera's. The body is the left
+        camera.
+
+        Raises `CameraError` if the second camera is not to the right of the first (but above, below, or to the left),
+        and for parallel rays.
+
+        Source: Bouguet's algorithm as in OpenCV, `stereoRectify`, whose rotations these are.
+        """
+        names = self.pair(left, right)
+        return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)
+
+    def _repr_html_(self) -> str:
+        """The table of cameras that a notebook shows."""
+        rows = [
+            (name, f"{one.size[0]} x {one.size[1]}", one.C.round(6).tolist()) for name, one in self.items()
+        ]
+        return html_table(repr(self).partition("\n")[0], ("camera", "size", "C"), rows)
+
+    def __repr__(self) -> str:
+        """The body and its cameras as text."""
+        with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
+            angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
+            body = f"Rig {self.name!r} at C = {self.C}; roll, pitch, yaw = {angles} degrees ({self._up} up)"
+            mounts = self._core.mounts()
+            return "\n    ".join(
+                [body, *(f"{name}: at {np.array(camera.c)} of the body" for name, camera in mounts)]
+            )
+
+
+def _pose(rig: Rig) -> dict[str, Any]:
+    return {"R": rig.R.tolist(), "C": rig.C.tolist()}
