@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +11,7 @@ from . import _core
 from .arguments import size_of, word
 from .camera import Camera
 from .camera._arguments import Model, Size, Up
-from .errors import CameraError, FormatError, SettingsError, nearest
+from .errors import CameraError, FormatError, Notice, SettingsError, nearest
 from .io.atomic_files import write
 from .io.html_form import html_table
 from .notices import understands, warn_all
@@ -34,7 +34,7 @@ class Cameras(Mapping[str, Camera]):
     def __init__(
         self,
         records: list[_core.Record],
-        notices: list[str],
+        notices: Sequence[Notice],
         up: Up,
         path: str,
         size: tuple[int, int] | None = None,
@@ -220,7 +220,7 @@ def save_cameras(
     *,
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
-) -> list[str]:
+) -> list[Notice]:
     """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
 
     `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP takes a rig at many poses, each a frame with

@@ -26,7 +26,8 @@ impl<'py> IntoPyObject<'py> for Notices {
 
     fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
         let class = py.get_type::<python::Notice>();
-        let notices = self.0.into_iter().map(|notice| class.call1((notice.code.name(), notice.message)));
+        let one = |notice: Notice| class.call1((notice.message, notice.code.name(), notice.subjects, notice.count));
+        let notices = self.0.into_iter().map(one);
         pyo3::types::PyList::new(py, notices.collect::<PyResult<Vec<_>>>()?)
     }
 }
@@ -40,7 +41,8 @@ impl<'py> FromPyObject<'_, 'py> for Notices {
             let name: String = object.getattr("code")?.extract()?;
             let code = NoticeCode::ALL.iter().copied().find(|code| code.name() == name);
             let code = code.ok_or_else(|| raycam_error(format!("unknown notice code {name:?}")))?;
-            Ok(Notice::new(code, object.str()?.to_string()))
+            let [message, subjects, count] = ["message", "subjects", "count"].map(|name| object.getattr(name));
+            Ok(Notice { code, message: message?.extract()?, subjects: subjects?.extract()?, count: count?.extract()? })
         };
         notices.try_iter()?.map(notice).collect::<PyResult<_>>().map(Self)
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::LensModel;
+use raycam_scene::{LensModel, Notice, NoticeCode};
 
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
@@ -13,14 +13,14 @@ pub struct Calibration {
     /// The cameras, in the order of the file.
     pub records: Vec<CameraRecord>,
     /// Notices: what was left out or repaired.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
     /// True if the file has the poses of a body, and its reader has said what became of the mount.
     pub poses_of_body: bool,
 }
 
 impl Calibration {
-    pub(crate) fn note(&mut self, notice: impl Into<String>) {
-        self.notices.push(notice.into());
+    pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
+        self.notices.push(Notice::new(code, message));
     }
 }
 
@@ -52,7 +52,7 @@ pub struct OutputFiles {
     /// Names relative to the path of the calibration (empty for that path itself), and bytes.
     pub files: Vec<(String, Vec<u8>)>,
     /// Notices: what the format holds in another way, or not at all.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
 }
 
 impl OutputFiles {

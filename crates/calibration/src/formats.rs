@@ -4,6 +4,7 @@ use std::path::Path;
 
 use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
 use raycam_formats::{Budget, FormatError, Result};
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::calibration_tools::{basalt, camodocal, kalibr, mrcal};
 use crate::datasets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
@@ -239,7 +240,10 @@ fn read_only_file(
             let (source, format, mut inside) = found.remove(0);
             let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
-            calibration.note(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            calibration.note(
+                NoticeCode::AssumedConvention,
+                format!("{name} is the only calibration of the folder, and opened as {}", format.name),
+            );
             Ok(calibration)
         }
         several => {
@@ -333,7 +337,7 @@ fn unknown_file(source: &InputFile) -> FormatError {
 }
 
 /// Gives the size that all others have to cameras with K whose picture is not there, and returns the notice of it.
-fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> {
+fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> {
     let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
     let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
     if records.iter().any(|record| !lacks(record) && record.size != Some(size)) {
@@ -345,10 +349,11 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> 
         lent += 1;
     }
     (lent > 0).then(|| {
-        format!(
+        let message = format!(
             "{lent} cameras whose size is not known have that of the others, {} x {} (size= says another)",
             size[0], size[1]
-        )
+        );
+        Notice::new(NoticeCode::AssumedConvention, message)
     })
 }
 
@@ -360,7 +365,7 @@ fn finish(
     known: &ReadHints,
 ) -> Result<Calibration> {
     if calibration.records.is_empty() {
-        let said = calibration.notices.join("; ");
+        let said = calibration.notices.iter().map(Notice::to_string).collect::<Vec<_>>().join("; ");
         let said = if said.is_empty() { said } else { format!(" ({said})") };
         return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
     }
@@ -376,6 +381,7 @@ fn finish(
         && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
     {
         calibration.note(
+            NoticeCode::IgnoredKey,
             "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
              T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
         );
@@ -388,6 +394,7 @@ fn finish(
         }
     }
     calibration.notices.extend(plausibility::check_cameras(&calibration.records, path)?);
+    calibration.notices = Notice::group(calibration.notices);
     Ok(calibration)
 }
 
@@ -406,19 +413,22 @@ pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<Outp
     };
     let mut written = write(records, path)?;
     for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
-        written.notices.push(format!(
+        written.notices.push(Notice::new(NoticeCode::NotWritten, format!(
             "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
             record.name,
             match record.unsupported[..] {
                 [one] => format!("{one} is"),
                 _ => format!("{} are", record.unsupported.join(" and ")),
             }
-        ));
+        )));
     }
     if !format.supports_rigs && records.iter().any(|record| record.mount.is_some()) {
-        written.notices.push(format!(
-            "{} does not say which cameras stand on a rig; they are where they stand in the world",
-            format.name
+        written.notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!(
+                "{} does not say which cameras stand on a rig; they are where they stand in the world",
+                format.name
+            ),
         ));
     }
     Ok(written)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec2;
-use raycam_scene::Lens;
+use raycam_scene::{Lens, Notice, NoticeCode};
 
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
@@ -19,7 +19,7 @@ const GRID: u32 = 12;
 ///
 /// # Errors
 /// [`FormatError::Syntax`] for K in units of the picture's size.
-pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>> {
+pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<Notice>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
@@ -60,15 +60,15 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
     }
     let mut notices = Vec::new();
     if let Some((record, cx, cy)) = outside.first() {
-        notices.push(format!(
+        notices.push(Notice::new(NoticeCode::Implausible, format!(
             "the principal point of {} cameras is outside of the picture: camera {:?} has cx {cx:.6}, cy {cy:.6} of {:?}",
             outside.len(),
             record.name,
             record.size.unwrap_or_default()
-        ));
+        )));
     }
     if let Some((record, ratio, [width, height])) = resolution.first() {
-        notices.push(format!(
+        notices.push(Notice::new(NoticeCode::Implausible, format!(
             "K of {} cameras seems to be that of another resolution: camera {:?} has its principal point in the middle \
              of {:.0} x {:.0}, and the pictures are {width} x {height}; if so, give the size that K belongs to and \
              resize (resized())",
@@ -76,23 +76,26 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             record.name,
             f64::from(*width) * ratio,
             f64::from(*height) * ratio
-        ));
+        )));
     }
     if let Some((record, [width, height])) = turned.first() {
-        notices.push(format!(
+        notices.push(Notice::new(NoticeCode::Implausible, format!(
             "K of {} cameras seems to be that of the picture turned by a quarter: camera {:?} has its principal point in \
              the middle of {height} x {width}, and the pictures are {width} x {height}; if so, exchange the size, or fx and \
              fy, cx and cy",
             turned.len(),
             record.name
-        ));
+        )));
     }
     if let Some((record, share)) = blind.first() {
-        notices.push(format!(
-            "most pixels of {} cameras have no ray: {:.0} % of camera {:?}; the lens does not fit K and the size",
-            blind.len(),
-            100.0 * share,
-            record.name
+        notices.push(Notice::new(
+            NoticeCode::Implausible,
+            format!(
+                "most pixels of {} cameras have no ray: {:.0} % of camera {:?}; the lens does not fit K and the size",
+                blind.len(),
+                100.0 * share,
+                record.name
+            ),
         ));
     }
     Ok(notices)

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
-use raycam_scene::{Camera, Lens, PixelCenter};
+use raycam_scene::{Camera, Lens, Notice, NoticeCode, PixelCenter};
 
 use crate::Pose;
 use crate::rig_mount::RigMount;
@@ -166,8 +166,9 @@ impl CameraRecord {
     }
 
     /// Replaces a matrix that is nearly a rotation by the nearest one, and returns a notice.
-    pub(crate) fn orthonormalize(&mut self) -> Option<String> {
+    pub(crate) fn orthonormalize(&mut self) -> Option<Notice> {
         let off = self.pose.as_mut()?.orthonormalize()?;
-        Some(format!("camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used", self.name))
+        let message = format!("R differs from a rotation by {off:.1e}; the nearest rotation is used");
+        Some(Notice::about(NoticeCode::RepairedRotation, format!("camera {:?}", self.name), message))
     }
 }

@@ -3,6 +3,7 @@
 use crate::rig_mount::RigMount;
 use crate::{CameraRecord, Pose};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::{Notice, NoticeCode};
 
 /// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
@@ -32,7 +33,7 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
 ///
 /// # Errors
 /// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
-pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<String>) -> Result<Vec<Pose>> {
+pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<Notice>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
     let first = mounts[0];
@@ -44,7 +45,10 @@ pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: 
         )));
     }
     if !first.body.is_identity() {
-        notices.push(format!("{format} holds a rig without its place in the world, which is not written"));
+        notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!("{format} holds a rig without its place in the world, which is not written"),
+        ));
     }
     Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())
 }

@@ -1,33 +1,92 @@
 //! Notices: what was assumed, changed or left out without stopping.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fmt;
 
 use crate::codes::codes;
+
+/// Subjects that a notice lists; further ones are counted.
+const MAX_SUBJECTS: usize = 3;
 
 /// A notice. Programs decide by its code; the message is for people.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Notice {
     /// The kind of notice.
     pub code: NoticeCode,
-    /// What was assumed, changed or left out, and where.
+    /// What was assumed, changed or left out.
     pub message: String,
+    /// The first parts that it is about, as `camera "left"`; empty if the message names them.
+    pub subjects: Vec<String>,
+    /// Number of these parts, including those that are not listed.
+    pub count: usize,
 }
 
 impl Notice {
     /// A notice of this kind.
     pub fn new(code: NoticeCode, message: impl Into<String>) -> Self {
-        Self { code, message: message.into() }
+        Self { code, message: message.into(), subjects: Vec::new(), count: 0 }
     }
 
-    /// The same notice with `place` and a colon in front of its message.
-    #[must_use]
-    pub fn in_context(self, place: impl fmt::Display) -> Self {
-        Self { code: self.code, message: format!("{place}: {}", self.message) }
+    /// A notice about a part, such as a camera, a key or a line.
+    pub fn about(code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { code, message: message.into(), subjects: vec![subject.into()], count: 1 }
     }
+
+    /// The same notice with `place` and a colon in front of its subjects, or else of its message.
+    #[must_use]
+    pub fn in_context(mut self, place: impl fmt::Display) -> Self {
+        match self.subjects.first_mut() {
+            Some(subject) => *subject = format!("{place}: {subject}"),
+            None => self.message = format!("{place}: {}", self.message),
+        }
+        self
+    }
+
+    /// Merges notices with the same code whose messages differ at most in counts. The first message is kept, with the first
+    /// three subjects and the number of the others.
+    pub fn group(notices: impl IntoIterator<Item = Self>) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        let mut known = HashMap::new();
+        for notice in notices {
+            match known.entry((notice.code, cause(&notice.message), notice.subjects.is_empty())) {
+                Entry::Vacant(entry) => {
+                    entry.insert(groups.len());
+                    groups.push(notice);
+                }
+                Entry::Occupied(entry) => {
+                    let group: &mut Self = &mut groups[*entry.get()];
+                    let left = MAX_SUBJECTS.saturating_sub(group.subjects.len());
+                    group.subjects.extend(notice.subjects.into_iter().take(left));
+                    group.count += notice.count;
+                }
+            }
+        }
+        groups
+    }
+}
+
+/// The message with `#` for numbers that are words of their own.
+fn cause(message: &str) -> String {
+    let masked = |word: &str| {
+        let number = word.trim_matches(|c: char| c.is_ascii_punctuation() && c != '-');
+        match number.parse::<f64>() {
+            Ok(_) => word.replace(number, "#"),
+            Err(_) => word.to_owned(),
+        }
+    };
+    message.split(' ').map(masked).collect::<Vec<_>>().join(" ")
 }
 
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.subjects.is_empty() {
+            f.write_str(&self.subjects.join(", "))?;
+            match self.count - self.subjects.len() {
+                0 => f.write_str(": ")?,
+                more => write!(f, " and {more} more: ")?,
+            }
+        }
         f.write_str(&self.message)
     }
 }
@@ -146,6 +205,15 @@ codes! {
         AssumedConvention "assumed_convention":
             "A file does not state a unit, an axis, a scale or a convention, and one was assumed.",
             "State the convention with an argument if the assumption is wrong.";
+        PlacedCameras "placed_cameras":
+            "The axes, the origin or the unit of the cameras' world follow from the file, as the message states.",
+            "Move the cameras, or load the world in the same axes and unit.";
+        RectifiedValues "rectified_values":
+            "A file describes both the raw and the rectified cameras, and one of them is used.",
+            "Use rig.rectified() for the rectified cameras of a raw pair.";
+        UsedOtherFile "used_other_file":
+            "Values that a file does not contain, such as K or an image size, were read from another file.",
+            "Name the other file or the values as an argument if these are wrong.";
         ApproximatedValue "approximated_value":
             "A value is represented by a similar one because the original has no exact equivalent.",
             "Compare the result with the original if the difference matters.";
@@ -173,6 +241,23 @@ codes! {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn group_lists_three_subjects_and_counts_the_others() {
+        let code = NoticeCode::RepairedRotation;
+        let of = |i: usize| Notice::about(code, format!("camera {i}"), format!("off by {}e-7", i + 1));
+        let others =
+            [Notice::new(code, "2 more"), Notice::new(NoticeCode::IgnoredKey, "2 more"), Notice::new(code, "3 more")];
+        let texts: Vec<_> = Notice::group((0..1833).map(of).chain(others)).iter().map(Notice::to_string).collect();
+        assert_eq!(texts, ["camera 0, camera 1, camera 2 and 1830 more: off by 1e-7", "2 more", "2 more"]);
+    }
+
+    #[test]
+    fn group_keeps_names_with_digits_apart() {
+        let notices = ["cam0 is wide", "cam1 is wide", "K is 3.5, not 4", "K is 7, not 9.25"];
+        let kept = Notice::group(notices.map(|message| Notice::new(NoticeCode::Implausible, message)));
+        assert_eq!(kept.iter().map(Notice::to_string).collect::<Vec<_>>(), notices[..3]);
+    }
 
     #[test]
     fn codes_have_unique_names_causes_and_remedies() {

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SettingsError, WorldError
+from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn
 
 if TYPE_CHECKING:
@@ -75,9 +75,8 @@ def camera_of(world: World, camera: Any) -> Camera:
     if isinstance(camera, os.PathLike) or (name is not None and os.path.exists(name)):
         first: Camera = next(iter(OPENERS["load_cameras"](camera).values()))
         if is_unposed_within(world, first):
-            warn(
-                f"{UNPOSED}; camera.at_pose(R, C) or world.view_from('front', camera=camera) puts it elsewhere"
-            )
+            hint = "camera.at_pose(R, C) or world.view_from('front', camera=camera) puts it elsewhere"
+            warn(Notice(f"{UNPOSED}; {hint}", "unposed_camera"))
         return first
     if name is not None:
         _refuse_other_words(name)

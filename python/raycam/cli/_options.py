@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from .options.framing import add_preset, is_framed, preset, reject_look
 
 if TYPE_CHECKING:
@@ -447,16 +447,16 @@ def guessed_up(path: str | os.PathLike[str]) -> Literal["y"] | None:
     return "y" if os.fspath(path).lower().endswith(".obj") else None
 
 
-def print_notices(notices: Sequence[str]) -> None:
+def print_notices(notices: Iterable[Notice | str]) -> None:
     """Prints notices on stderr, one per line."""
     for notice in notices:
         print_notice(notice)
 
 
-def print_notice(notice: str) -> None:
+def print_notice(notice: Notice | str) -> None:
     """Prints a notice on stderr at once, unless this command has printed it before."""
-    if notice not in TOLD:
-        TOLD.add(notice)
+    if str(notice) not in TOLD:
+        TOLD.add(str(notice))
         if LOUDNESS["quiet"]:
             return
         print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)

@@ -279,7 +279,7 @@ def _render_rig(
     for path, (name, frame) in zip(
         save_all(frames, output, options.bits, options.half), frames.items(), strict=True
     ):
-        print_notices([f"{name}: {notice}" for notice in frame.notices])
+        print_notices([notice.in_context(name) for notice in frame.notices])
         _, _, width, height = frame.region
         print_result(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 

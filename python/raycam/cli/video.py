@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ._job_options import add_job, job_pool, shard_of
 from ._options import (
     Command,
@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> None:
         world, camera, settings = _seen(world, options, settings)
     elif options.turntable:
         raise SettingsError("--turntable moves one camera; a rig moves as the world's video says")
-    told: set[str] = set()
+    told: set[Notice] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):
             output = target if name is None else str(per_camera_path(Path(target), name))

@@ -71,7 +71,7 @@ def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
 
     def make(
         number: int, progress: Progress | None
-    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]:
+    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[Notice]]:
         plan.watch = progress
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)

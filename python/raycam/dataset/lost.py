@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Bools
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from .plan import Record
 
 __all__ = ["DEPTH_SCALES", "KEY", "check_depth_scale", "depth_units", "lost", "lost_notices"]
@@ -54,7 +54,7 @@ def lost(what: str, pixels: Bools, of: Bools) -> Record:
     return {KEY: {what: [count, int(np.count_nonzero(of))]}} if count else {}
 
 
-def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[str]:
+def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
     """One notice for each kind of value, with the share of pixels and the number of images."""
     totals: dict[str, list[int]] = {}
     for record in records:
@@ -64,11 +64,12 @@ def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> l
     return [_lost_notice(format, what, *total) for what, total in totals.items()]
 
 
-def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> str:
+def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> Notice:
     written = "marked as invalid" if what.startswith("flow") else "written as 0"
     share = f"{count} of {of} pixels with a value ({100.0 * count / of:.3g} %)"
     where = f"in {images} image{'' if images == 1 else 's'}"
     remedy = ""
     if what.startswith("depth") and format != "kitti":
         remedy = "; use a larger depth_scale (millimetres per unit)"
-    return f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"
+    message = f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"
+    return Notice(message, "values_lost")

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .. import _core
 from ..annotations.labels import Label, label
 from ..camera import Camera
-from ..errors import CameraError, SettingsError, nearest
+from ..errors import CameraError, Notice, SettingsError, nearest
 from ..io.temp_stream import Piece
 from ..randomize import Recipe
 from ..render import render
@@ -65,7 +65,7 @@ class Format:
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
     """True if the format stores one pose and K for each picture."""
-    notices: Callable[[Plan], list[str]] = field(default=lambda plan: [])
+    notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 
 

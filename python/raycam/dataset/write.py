@@ -21,7 +21,7 @@ from ..calibration import Cameras
 from ..camera import Camera
 from ..camera.asked import UNPOSED, is_unposed_within, world_of
 from ..cluster.pools import make_pool
-from ..errors import SettingsError, nearest
+from ..errors import Notice, SettingsError, nearest
 from ..io import atomic_files
 from ..jobs.job import Job
 from ..jobs.worker import FrameResult
@@ -59,7 +59,7 @@ class DatasetResult:
     """The number of units of work (views, or tar files of them) that this call made; the others existed before."""
     complete: bool = True
     """True if all views are finished; without the views of other shards, there are no index files yet."""
-    notices: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     """Notices about workers, damaged files, views, and values that the format cannot hold, one for each cause."""
 
 
@@ -118,7 +118,7 @@ def write(
     shard: tuple[int, int] | None = None,
     retry_failed: bool = False,
     progress: Progress | None = None,
-    tell: Callable[[str], object] = warn,
+    tell: Callable[[Notice], object] = warn,
     licence: str = "",
     **options: Any,
 ) -> DatasetResult:
@@ -196,11 +196,11 @@ def write(
     late = [*late_times(plan), *unposed_cameras(plan), *kind.notices(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
-    damaged = job.status().damaged
+    damaged = job.status().notices
     if plan.recipe is None:
         plan.world = what.world  # the same world, so that its acceleration structures are built once
     made = 0
-    said: list[str] = []
+    said: list[Notice] = []
 
     def finished(unit: FrameResult) -> None:
         nonlocal made
@@ -297,7 +297,7 @@ UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), 
 """The least numbers that are times since 1970 in these units."""
 
 
-def late_times(plan: Plan) -> list[str]:
+def late_times(plan: Plan) -> list[Notice]:
     """The notice that times lie before or after the world's video or animations, where nothing moves any more."""
     video = plan.world.video
     ends = [animation.duration for animation in plan.world.animations]
@@ -311,17 +311,19 @@ def late_times(plan: Plan) -> list[str]:
     first = out[0]
     unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
     many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
-    return [
+    message = (
         f"{many} are outside of what moves in the world (0 to {max(ends):g} s): the first is {first!r}{unit}. The "
         "world stands still there: give seconds from its beginning (--time-offset first)"
-    ]
+    )
+    return [Notice(message, "outside_times")]
 
 
-def unposed_cameras(plan: Plan) -> list[str]:
+def unposed_cameras(plan: Plan) -> list[Notice]:
     """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
-    return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
+    message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"
+    return [Notice(message, "unposed_camera")]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:

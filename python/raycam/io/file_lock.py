@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import JobError
+from ..errors import JobError, Notice
 from ..notices import warn
 from .system_calls import read_at, write_at
 
@@ -57,10 +57,11 @@ def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
                 "--shard I/N"
             )
     except LocksUnsupportedError as fault:
-        warn(
+        message = (
             f"{folder}: this file system does not support locks ({fault.strerror}); only one process at a time "
             "may work in this folder"
         )
+        warn(Notice(message, "missing_locks"))
 
 
 def lock_holder(path: Path) -> str | None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import FormatError, JobError
+from ..errors import FormatError, JobError, Notice
 from ..io import atomic_files
 from ..io.file_lock import hold_lock, lock_holder
 from ..notices import warn_all
@@ -47,6 +47,11 @@ class Status:
     """The errors of failed frames, by frame number."""
     damaged: Sequence[str] = ()
     """A message for each damaged line of a journal. Such lines are ignored, so the next run repeats their frames."""
+
+    @property
+    def notices(self) -> list[Notice]:
+        """Notices about the damaged lines."""
+        return [Notice(message, "damaged_results") for message in self.damaged]
 
 
 class Job:
@@ -194,7 +199,7 @@ class Job:
             self._read()
             if retry_failed:
                 self._failed.clear()
-            notices: dict[str, None] = {}
+            notices: dict[Notice, None] = {}
             todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
             failed = sum(frame in self._failed for frame in asked)
             done = len(asked) - len(todo) - failed

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
-from ..errors import JobError, SettingsError
+from ..errors import JobError, Notice, SettingsError
 from ..io.npz import npz_bytes
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
@@ -90,7 +90,7 @@ def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
     if threads is not None:
         plan["threads"] = threads
 
-    def make(number: int, progress: TileProgress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(number: int, progress: TileProgress | None) -> tuple[dict[str, bytes], list[Notice]]:
         x, y = tile * (number % across), tile * (number // across)
         region = (left + x, top + y, min(tile, width - x), min(tile, height - y))
         frame = render(world, camera, channels=settings["channels"], region=region, progress=progress, **plan)
@@ -147,7 +147,7 @@ def render_tiled(
     picture. Other arguments are as in `Job.run`, whose errors are raised.
     """
     job = Job(folder, package, resume=resume)
-    notices = dict.fromkeys(job.status().damaged)
+    notices = dict.fromkeys(job.status().notices)
 
     def report(made: FrameResult) -> None:
         notices.update(dict.fromkeys(made.notices))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Bools, Floats
 from ..camera import Background, Camera
-from ..errors import FormatError, SettingsError, WorldError
+from ..errors import FormatError, Notice, SettingsError, WorldError
 
 __all__ = ["picture_behind"]
 
@@ -23,7 +23,7 @@ MAX_SUBPIXELS = 8
 """Points along each side of a pixel at which a larger picture is looked up, at most."""
 
 
-def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
 
     `given` is a colour, the path of a picture, an array [h, w, 3] of that size (bytes are sRGB), or a `Background`. A
@@ -38,10 +38,11 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels, notices = _read(given)
         if pixels.shape == (height, width, 3):
             return pixels, notices
-        notices.append(
+        message = (
             f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
             "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
         )
+        notices.append(Notice(message, "resampled_background"))
         return _covering(pixels, size), notices
     if isinstance(given, Background):
         return _behind(given, camera, size)
@@ -55,7 +56,7 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
     return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
 
 
-def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """A `Background` in linear light, and notices."""
     array = isinstance(given.image, np.ndarray)
     pixels, notices = (_linear(given.image), []) if array else _read(given.image)
@@ -76,7 +77,8 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
                 'fit="cover" cuts it'
             )
         taker = camera.resized(own)
-        notices.append(f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels")
+        message = f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels"
+        notices.append(Notice(message, "resampled_background"))
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
@@ -97,8 +99,8 @@ def _lying(camera: Camera) -> Camera:
 
 
 def _warped(
-    pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[str]
-) -> tuple[Colors, list[str]]:
+    pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
+) -> tuple[Colors, list[Notice]]:
     """The picture of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
 
     Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
@@ -124,9 +126,8 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        notices.append(
-            f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
-        )
+        message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return _linear_from_stored(seen), notices
 
@@ -180,7 +181,7 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[str]]:
+def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
     """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
     try:
         pixels, notices = _core.read_picture(path, False)

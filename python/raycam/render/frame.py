@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import flag, one_of, real, whole
 from ..camera import Camera
-from ..errors import FormatError, SettingsError, nearest
+from ..errors import FormatError, Notice, SettingsError, nearest
 from ..io import atomic_files
 from ..io.npz import npz_bytes
 from ..io.other_names import no_attribute
@@ -76,7 +76,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         exposure: float = 0.0,
         view: str = "standard",
         transparent: bool = False,
-        notices: Iterable[str] = (),
+        notices: Iterable[Notice] = (),
     ) -> None:
         self._channels = channels
         self.camera = camera
@@ -447,12 +447,15 @@ def check_save(
     atomic_files.check_writable(target, each * size[0] * size[1])
 
 
-def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[str]:
+def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[Notice]:
     """Yields what the file of a frame does not hold of the channels that it has."""
     ending = target.suffix.lower()
     shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:
-        yield f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
+        message = (
+            f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
+        )
+        yield Notice(message, "not_written")
     if ending == ".exr" and flag("half", options.get("half", False)):
         lost = {}
         for name, values in frame.items():
@@ -463,10 +466,11 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
                     )
         counts = ", ".join(f"{count} of {name}" for name, count in lost.items() if count)
         if counts:
-            yield (
+            message = (
                 f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
                 " half=False holds them"
             )
+            yield Notice(message, "values_lost")
 
 
 def _options(**options: Any) -> dict[str, Any]:

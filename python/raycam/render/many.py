@@ -44,7 +44,7 @@ class Frames(Sequence[Frame]):
         exposure: float,
         view: str,
         transparent: bool,
-        notices: Sequence[str],
+        notices: Sequence[Notice],
     ) -> None:
         self._channels = channels
         self._cameras = list(cameras)
@@ -208,7 +208,7 @@ def _composed(
     number = whole("frame", first, 0, (1 << 32) - count)
     copied = copy.copy(world)
     arrays: Pixels = {}
-    found: list[str] = []
+    found: list[Notice] = []
     for i in range(count):
         for which, matrices in moved:
             copied.set_object(which, matrix=matrices[i if len(matrices) > 1 else 0])

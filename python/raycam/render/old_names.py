@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..notices import warn
 
 __all__ = ["ELSEWHERE", "OLD_NAMES", "current_names"]
@@ -35,6 +35,6 @@ def current_names(settings: Mapping[str, Any]) -> dict[str, Any]:
         value = renamed.pop(old)
         if renamed.get(new) is not None:
             raise SettingsError(f"{old} and {new} are given, two names of one option: give {new}")
-        warn(f"{old} is called {new} now; the old name is understood until 0.2")
+        warn(Notice(f"{old} is called {new} now; the old name is understood until 0.2", "foreign_name"))
         renamed[new] = value
     return renamed

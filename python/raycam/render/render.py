@@ -13,7 +13,7 @@ from .._core import Cancel
 from ..arguments import flag, one_of, real, whole, words
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import SettingsError, nearest
+from ..errors import Notice, SettingsError, nearest
 from ..notices import warn_all
 from .composition import over, shadow_ratio, studio_shadow
 from .fireflies import firefly_notices
@@ -207,7 +207,7 @@ class _Picture:
         if clear and "color" in names:
             added = ("alpha", "shadow") if catching else ("alpha",)
             names = list(dict.fromkeys([*names, *added]))
-        said: list[str] = []
+        said: list[Notice] = []
         if self.framed and "color" in names and is_unlit(world, camera, world.render_settings | chosen):
             world = world._in_studio(camera, ground=not clear)
             chosen = studio_settings(world.render_settings | chosen)
@@ -321,15 +321,16 @@ def request_of(
     return request, stops, display
 
 
-CATCHER_NOTICE = (
+CATCHER_NOTICE = Notice(
     "shadow catchers are surfaces in this picture; with transparent_background=True, or a background, it shows their "
-    "shadows alone"
+    "shadows alone",
+    "shadow_catchers_visible",
 )
 
 
 def _caught(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None, catcher_truth: bool
-) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels without shadow catchers, and their shadows: the ratio of two pictures of the same samples."""
     names = request["channels"]
     shaded = "shadow" in names and request["integrator"] != "flat"
@@ -348,12 +349,15 @@ def _caught(
     planes, area, notices = world._core.render(camera._core, hidden, part(0))
     if shaded:
         only = request | {"catchers": "only", "channels": ["color", "alpha"]}
-        caught, _, lit = world._core.render(camera._core, only, part(1))
-        free, _, unlit = world._core.only_catchers().render(camera._core, only, part(2))
-        if _has_default_light(lit) == _has_default_light(unlit):
+        catchers = world._core.only_catchers()
+        caught = world._core.render(camera._core, only, part(1))[0]
+        free = catchers.render(camera._core, only, part(2))[0]
+        lights = {core.lit_by_default_lights for core in (world._core, catchers)}
+        if len(lights) == 1 or request["integrator"] not in LIT:
             planes["shadow"] = shadow_ratio(planes["alpha"], caught, free)
         else:
-            notices.append("objects that shine are the only light: shadow catchers show no shadows of them")
+            message = "objects that shine are the only light: shadow catchers show no shadows of them"
+            notices.append(Notice(message, "no_caught_shadows"))
     truth = [name for name in names if name not in (*SHADED, "alpha", "coverage", "shadow")]
     if catcher_truth and truth:
         plain = PLAIN | {"channels": truth, "samples": 1, "transparent_background": False}
@@ -361,13 +365,9 @@ def _caught(
     return {name: planes[name] for name in names}, area, notices
 
 
-def _has_default_light(notices: list[str]) -> bool:
-    return any(notice.startswith("the world has no lights") for notice in notices)
-
-
 def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels; of a world in the studio, ground truth is that of the world without the studio."""
     bare, names = world._bare, request["channels"]
     truth = [name for name in names if name not in SHADED]
@@ -393,7 +393,7 @@ PLAIN |= {"ambient_occlusion": None, "clamp": None, "max_depth": None}
 
 def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, display: str
-) -> list[str]:
+) -> list[Notice]:
     """The notices of `blank_notices` for a finished picture."""
     seen = world if world._bare is None else world._bare
 
@@ -404,21 +404,19 @@ def _blank(
     return list(blank_notices(seen, camera, planes, str(request["integrator"]), stops, display, truth))
 
 
-STUDIO_NOTICE = (
+STUDIO_NOTICE = Notice(
     "the world has no lights and no camera: it is shown in the studio, from the front right above, by "
-    'integrator="path" with max_depth=6; lights or a camera of yours replace it'
+    'integrator="path" with max_depth=6; lights or a camera of yours replace it',
+    "studio",
 )
 
 
 def is_unlit(world: World, camera: Camera, asked: dict[str, Any]) -> bool:
-    """True if nothing in the world shines and the integrator shows light; a picture of one pixel tells."""
+    """True if the integrator shows light and the world has none, so that the default lights would light it."""
     if world.lights or asked.get("integrator", "path") not in LIT:
         return False
-    one = PLAIN | {"integrator": "direct", "samples": 1, "channels": ["color"], "region": [0, 0, 1, 1]}
-    one |= {"filter": "box", "seed": 0, "frame": 0, "surface": "first", "transparent_background": False}
     world.prepare()
-    _, _, notices = world._core.render(camera._core, one | {"threads": 1}, None)
-    return _has_default_light(notices)
+    return world._core.lit_by_default_lights
 
 
 def studio_settings(asked: dict[str, Any]) -> dict[str, Any]:
@@ -443,7 +441,7 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
     return names
 
 
-def _denoised(one: _Picture, names: list[str], clear: bool, said: list[str]) -> Frame:
+def _denoised(one: _Picture, names: list[str], clear: bool, said: list[Notice]) -> Frame:
     """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
     from . import denoise
 
@@ -461,7 +459,9 @@ def _denoised(one: _Picture, names: list[str], clear: bool, said: list[str]) -> 
     if "shadow" in names and not (seen["shadow"] == 1).all():
         planes["shadow"] = denoise.denoise(seen["shadow"], *guides)
     warn_all(said)
-    denoised = "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"
+    denoised = Notice(
+        "the picture is denoised by Open Image Denoise: a guess, no longer unbiased", "denoised"
+    )
     warn_all([denoised])
     return Frame(
         planes,

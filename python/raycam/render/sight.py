@@ -12,6 +12,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
+from ..errors import Notice
 
 __all__ = ["LIT", "blank_notices"]
 
@@ -29,7 +30,7 @@ Truth = Callable[[], npt.NDArray[np.int32]]
 
 def blank_notices(
     world: World, camera: Camera, planes: Planes, integrator: str, exposure: float, view: str, truth: Truth
-) -> Iterator[str]:
+) -> Iterator[Notice]:
     """Yields what to say of a whole picture in which nothing is seen, nothing is lit, or 98 % is beyond white.
 
     `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
@@ -37,25 +38,28 @@ def blank_notices(
     """
     seen = _seen(world, camera, planes, truth)
     if not seen.any():
-        yield (
+        message = (
             "nothing is seen: no object covers the centre of a pixel; the camera is at "
             f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
         )
+        yield Notice(message, "nothing_visible")
         return
     color = planes.get("color")
     if color is None or integrator not in LIT:
         return
     if not color[seen].any():
-        yield (
+        message = (
             "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
             "where they shine, and colours of 0"
         )
+        yield Notice(message, "nothing_lit")
         return
     brightness = color.max(axis=2) * np.float32(2.0**exposure)
     share = float((brightness > 1).mean())
     if view == "standard" and share >= WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        yield f"{100 * share:.0f} % of the picture is beyond white: --exposure {stops:g} (exposure={stops:g}) shows it"
+        shown = f"--exposure {stops:g} (exposure={stops:g}) shows it"
+        yield Notice(f"{100 * share:.0f} % of the picture is beyond white: {shown}", "overexposed")
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:

@@ -16,7 +16,7 @@ import numpy as np
 from ..arguments import Floats, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import CameraError, SettingsError, nearest
+from ..errors import CameraError, Notice, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
@@ -65,7 +65,7 @@ class VideoPlan:
     ) -> None:
         world = world_of(world)
         camera = None if camera is None else camera_of(world, camera)
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         """Notices for the user."""
         self._rig = rig
         if rig is not None:
@@ -83,12 +83,14 @@ class VideoPlan:
         """The camera, before the video moves it."""
         if world.video is None and animation is None:
             world = with_orbit(world)
-            self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
+            message = "the world has no [video], so the camera orbits its middle in 4 seconds"
+            self.notices.append(Notice(message, "default_video"))
         settings = current_names(settings)
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
-            self.notices.append(
+            message = (
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
             )
+            self.notices.append(Notice(message, "varying_samples"))
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
         """Frames per second."""
@@ -199,7 +201,7 @@ def frame_maker(world: World, settings: Mapping[str, Any], threads: int | None) 
         **settings["render"],
     )
 
-    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[Notice]]:
         frame = film.frame(number, progress)
         return {picture_name(number): frame.to_png()}, frame.notices
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..arguments import flag, numbers, one_of, several, word
 from ..camera.asked import world_of
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from ..render.frame import CHANNELS, VIEWS
 from .web.document import assembled, json_text
@@ -98,9 +98,8 @@ def page(
     packed = _packed(planes, flag("half", half))
     notices = list(frame.notices)
     if half:
-        notices.append(
-            f"{' and '.join(name for name in HALF if name in frame)}: rounded to float16 in this page"
-        )
+        rounded = [name for name in HALF if name in frame]
+        notices.append(Notice("rounded to float16 in this page", "rounded_values", rounded))
     doubts = [*_unlike(frame, compare), *_unnamed(frame, world)]
     warn_all(doubts)
     first = sorted([*frame, *more], key=lambda name: name != "color")
@@ -114,7 +113,7 @@ def page(
         "exposure": _stops(frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
-        "notices": [*notices, *doubts],
+        "notices": [str(notice) for notice in (*notices, *doubts)],
         "explanations": _explanations(frame, world, pixels),
     }
     return Page(_document(document, {key: data for key, (_, data) in packed.items()}))
@@ -199,21 +198,23 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
         )
 
 
-def _unlike(frame: Frame, other: Frame | None) -> Iterator[str]:
+def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
     """Yields what of a second frame is not beside this one."""
     if other is None:
         return
     if other.region[:2] != frame.region[:2]:
-        yield (
+        message = (
             f"compare begins at the pixel {other.region[:2]} of its picture, this frame at {frame.region[:2]}: pixels "
             "of other places are compared"
         )
+        yield Notice(message, "differing_frames")
     alone = [name for name in other if name not in frame]
     if alone:
-        yield f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+        message = f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+        yield Notice(message, "differing_frames")
 
 
-def _unnamed(frame: Frame, world: World | None) -> Iterator[str]:
+def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
     """Yields the ids of objects that the world does not have: the frame is of another world."""
     if world is None or "instance" not in frame or frame["instance"].ndim != 2:
         return
@@ -222,7 +223,8 @@ def _unnamed(frame: Frame, world: World | None) -> Iterator[str]:
     if len(strange):
         more = ", ..." if len(strange) > MOST_TOLD else ""
         told = ", ".join(map(str, strange[:MOST_TOLD].tolist()))
-        yield f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        message = f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        yield Notice(message, "differing_frames")
 
 
 def _packed(planes: Arrays, half: bool) -> dict[str, tuple[dict[str, Any], bytes]]:

@@ -270,7 +270,7 @@ class Session:
         notices = [*self.world.notices, *(() if still is None else still.notices)]
         return {
             "about": f"{number}\n\n{self.given!r}",
-            "notices": list(dict.fromkeys(notices)),
+            "notices": [str(notice) for notice in dict.fromkeys(notices)],
             "camera": self.name,
             "lens": lens_of(self.given),
             "pose": pose_of(self.given),
@@ -589,7 +589,7 @@ class Session:
         if format in FILES:
             text, notices = camera_text(self.given, format)
             for notice in notices:
-                self.send_message({"type": "notice", "text": notice})
+                self.send_message({"type": "notice", "text": str(notice)})
             return text
         if format == "python":
             return f"camera = raycam.Camera.from_dict({self.given.to_dict()!r}, up={self.given.up!r})"

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypedDict
 
 import numpy.typing as npt
 
-from ..errors import WorldError, nearest
+from ..errors import Notice, WorldError, nearest
 from ..notices import warn
 from .texture import Texture, Wrap
 
@@ -232,5 +232,5 @@ def _renamed(keys: dict[str, Any], words: Mapping[str, str]) -> dict[str, Any]:
     for word, name in words.items():
         if word in keys and name not in keys:
             keys[name] = keys.pop(word)
-            warn(f"{word} is understood as {name}, its name here")
+            warn(Notice(f"{word} is understood as {name}, its name here", "foreign_name"))
     return keys

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import _core, usd
-from ..errors import FormatError
+from ..errors import FormatError, Notice
 from ..io import memory_limits
 from .description import plain
 
@@ -40,7 +40,9 @@ def load_usd(
         except FormatError as error:
             raise FormatError(_of_usd(str(error), path, folder, files)) from None
         notices = _notices_of_usd(core.notices, path, folder, files)
-        core.set_notices([*notices, *(f"{os.fspath(path)}: {notice}" for notice in said)])
+        core.set_notices(
+            [*notices, *(Notice(f"{os.fspath(path)}: {notice}", "ignored_feature") for notice in said)]
+        )
     return core
 
 
@@ -68,7 +70,13 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
         if up is not None and up != found["up"]:
             said.append(f"its up axis, {found['up']}, is turned to {up}: upright = false keeps it")
         notices = _notices_of_usd(core.notices[before:], path, folder, files)
-        core.set_notices([*core.notices[:before], *notices, *(f"{path}: {notice}" for notice in said)])
+        core.set_notices(
+            [
+                *core.notices[:before],
+                *notices,
+                *(Notice(f"{path}: {notice}", "ignored_feature") for notice in said),
+            ]
+        )
     return number
 
 
@@ -88,11 +96,14 @@ def usd_named() -> Iterator[None]:
 
 
 def _notices_of_usd(
-    notices: list[str], path: str | os.PathLike[str], folder: str, files: dict[str, str]
-) -> list[str]:
+    notices: list[Notice], path: str | os.PathLike[str], folder: str, files: dict[str, str]
+) -> list[Notice]:
     """The notices of files that the worker wrote, with the stage's names; what alpha does, its materials say."""
-    said = (notice for notice in notices if "its alpha counts only where" not in notice)
-    return [_of_usd(notice, path, folder, files) for notice in said]
+    return [
+        Notice(_of_usd(str(notice), path, folder, files), notice.code)
+        for notice in notices
+        if notice.code != "unused_alpha"
+    ]
 
 
 def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:

@@ -15,7 +15,7 @@ from .. import _core
 from ..arguments import Floats, floats, one_of, real, size_of, thread_count, whole
 from ..camera import Camera
 from ..camera.asked import only_camera
-from ..errors import FormatError, WorldError
+from ..errors import FormatError, Notice, WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
@@ -115,7 +115,7 @@ class World(RayQueries, PointQueries):
             )
         )
 
-    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[Notice]:
         """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
         Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
@@ -425,7 +425,7 @@ class World(RayQueries, PointQueries):
         return self._core.texture_memory
 
     @property
-    def notices(self) -> list[str]:
+    def notices(self) -> list[Notice]:
         """Notices from reading and building: parts that were skipped, repaired or assumed.
 
         Each is also warned as a `raycam.Notice` when it arises.

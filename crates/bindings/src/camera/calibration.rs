@@ -11,6 +11,7 @@ use crate::arrays::rows_of;
 use crate::camera::Camera;
 use crate::camera::rig::Rig;
 use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
+use crate::notice::Notices;
 
 /// A rotation and a centre.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);

@@ -11,6 +11,7 @@ use crate::opencv::{camera, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_scene::NoticeCode;
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
@@ -87,7 +88,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.note("no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
+            calibration.note(NoticeCode::MissingValue, "no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
         }
         return Ok(calibration);
     }
@@ -148,7 +149,7 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
                 pose = camera::pose(&KeyView { at: inner.clone(), side: &[] })?;
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pose.is_some()) {
-                calibration.note(format!("{name} (line {}) is not read", inner.node.line));
+                calibration.note(NoticeCode::IgnoredKey, format!("{name} (line {}) is not read", inner.node.line));
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::rig::one_rig;
 use crate::{Calibration, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::AssetRoot;
+use raycam_scene::{Notice, NoticeCode};
 
 /// The marks of keys of the first and of the second camera.
 const SIDES: [(&str, [&[&str]; 2]); 3] = [
@@ -40,6 +41,7 @@ pub(super) fn read(
     let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
     if !both.all(&keys::RECTIFIED).is_empty() {
         calibration.note(
+            NoticeCode::RectifiedValues,
             "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())",
         );
     }
@@ -61,20 +63,23 @@ pub(super) fn read(
 /// Places the second camera by R and T of a pair.
 pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
     let Some(pose) = pose else {
-        calibration.note("no R and T: both cameras stand at the origin");
+        calibration.note(NoticeCode::MissingValue, "no R and T: both cameras stand at the origin");
         return;
     };
     let (_, t) = pose.r_t();
     if t.length() > 10.0 {
-        calibration.note(format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()));
+        calibration.note(
+            NoticeCode::Implausible,
+            format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()),
+        );
     }
     let [first, second] = &mut calibration.records[..] else { return };
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
-        calibration.notices.push(format!(
+        calibration.notices.push(Notice::new(NoticeCode::Implausible, format!(
             "the right camera stands at x = {} of the left: R and T bring points from the left camera to the right one; \
              does the file have the inverse?",
             pose.r_c().1.x
-        ));
+        )));
     }
     second.pose = Some(pose);
     one_rig([first, second], "rig");
@@ -89,7 +94,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     let root = Cursor::root(&node, &source.path);
     let pose = camera::pose(&KeyView { at: root, side: &[] })?;
     if pose.is_some() {
-        calibration.note(format!("R and T are those of {partner}"));
+        calibration.note(NoticeCode::UsedOtherFile, format!("R and T are those of {partner}"));
     }
     Ok(pose)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::document::{Cursor, check_rotation, yaml};
@@ -51,9 +51,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let more = unread.split_off(unread.len().min(MAX_UNREAD));
     calibration.notices.extend(unread);
     if !more.is_empty() {
-        calibration.note(format!("{} more keys are not read", more.len()));
+        calibration.note(NoticeCode::IgnoredKey, format!("{} more keys are not read", more.len()));
     }
-    calibration.note("the file has no principal point: it is in the middle of the pictures");
+    calibration.note(NoticeCode::MissingValue, "the file has no principal point: it is in the middle of the pictures");
     Ok(calibration)
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::joined;
 use crate::document::number_lines::data_lines;
@@ -89,5 +89,5 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     let notice = "EuRoC's csv holds times and poses, here those of the cameras; size, K and lens are not written, and \
                   readers take the poses for those of the body: their T_BS is then the identity";
-    Ok(OutputFiles { notices: vec![notice.into()], ..OutputFiles::one(text) })
+    Ok(OutputFiles { notices: vec![Notice::new(NoticeCode::NotWritten, notice)], ..OutputFiles::one(text) })
 }

@@ -1,7 +1,7 @@
 //! `cameras_sphere.npz` of IDR and NeuS: `world_mat_0` and so on, K [R | t] of any scale, and `scale_mat_0`,
 //! world_from_normalised. Source: NeuS, dataset.py.
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::npy;
 use crate::folder::by_numbers;
@@ -51,12 +51,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         calibration.records.push(record);
     }
     if normalised {
-        calibration.note(
+        calibration.note(NoticeCode::PlacedCameras,
             "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised",
         );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
-        calibration.note(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
+        calibration
+            .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }

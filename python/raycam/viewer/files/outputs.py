@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..._core import world_to_gltf
-from ...errors import SettingsError
+from ...errors import Notice, SettingsError
 from ...render.frame import Frame
 from ..page import page
 from ..scene.world_file import world_file
@@ -27,7 +27,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     if format == "glb":
         data, notices = world_to_gltf(session.base._core)
         for notice in notices:
-            session.send_message({"type": "notice", "text": notice})
+            session.send_message({"type": "notice", "text": str(notice)})
         return f"{_stem(session.title)}.glb", MEDIA[format], data
     if format == "toml":
         text = world_file(session.source, session.edits.opened, session.base, session.given)
@@ -46,7 +46,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         size=still.size,
         exposure=exposure,
         view=view,
-        notices=[*still.notices, f"light: {integrator}"],
+        notices=[*still.notices, Notice(f"light: {integrator}", "preview_light")],
     )
     if format == "png":
         data = frame.to_png()
