@@ -16,8 +16,9 @@
 #
 # Releases
 #   make wheel   a wheel for this machine and the source archive, in dist/
+#   make smoke   installs both into empty environments and renders with them
 #   make wheels  every wheel that Linux can build, and the source archive, in dist/: about half an hour
-#   make check-wheels  what an index asks for, and pictures by the wheel that runs here
+#   make check-wheels  checks the files for the package index, and renders with the wheel of this machine
 #   make clean   removes everything that was made
 #
 # Each target installs what it needs into .venv. PYTHON chooses the interpreter the .venv is made from.
@@ -46,7 +47,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help check lint test proof demo web bench leak fuzz docs wheel wheels check-wheels clean
+.PHONY: help check lint test proof demo web bench leak fuzz docs wheel smoke wheels check-wheels clean
 
 help:
 	@sed -n '/^PYTHON/q;s/^# \{0,1\}//p' Makefile
@@ -104,6 +105,12 @@ wheel: $(DONE)/builder
 	rm -rf dist
 	$(PYTHON) .ci/third_party.py --texts
 	$(BIN)/maturin build --release --locked --sdist --out dist; status=$$?; $(PYTHON) .ci/third_party.py; exit $$status
+
+# The source archive is compiled again, with the third-party crates that `make wheel` compiled.
+smoke: export CARGO_TARGET_DIR ?= $(abspath target)
+smoke: wheel
+	.ci/smoke dist $(abspath $(BIN)/python)
+	.ci/smoke --source dist $(abspath $(BIN)/python)
 
 # zig links for other systems; the Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
 ZIG := --zig --compatibility

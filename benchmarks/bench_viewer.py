@@ -32,6 +32,7 @@ from websockets.typing import Origin, Subprotocol
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from support.chromium import Tab, chromium
+from support.session_messages import orbited
 from support.viewer_client import Client
 
 SAMPLES = 16
@@ -209,7 +210,7 @@ def moving(client: Client, seconds: float) -> list[Row]:
     for step in range(round(RATE * seconds)):
         version += 1
         said[version] = time.perf_counter()
-        client.say("nav", seq=step, kind="orbit", dx=3, dy=0, dz=0, u=100, v=100)
+        client.socket.send(json.dumps(orbited(client.welcome["camera"], step)))
         time.sleep(max(0.0, begun + (step + 1) / RATE - time.perf_counter()))
     ended = time.perf_counter()
     client.say("probe", id=step, u=150, v=150)

@@ -17,7 +17,7 @@ from typing import Any
 
 SECTIONS: dict[str, list[str]] = {
     "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "data"],
-    "Cameras": ["Camera", "Rig", "load_cameras", "save_cameras", "Cameras"],
+    "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],

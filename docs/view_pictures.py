@@ -52,11 +52,11 @@ def live(tab: Tab, session: Session) -> None:
 
 def probe(tab: Tab, session: Session) -> None:
     """The numbers of a held pixel, over the distances."""
-    width, height = session.size
+    width, height = session.view.size
     tab.press("3")
     tab.wait("!document.getElementById('scalar-controls').hidden")
     tab.evaluate("document.getElementById('range-log').click(), null")
-    tab.click(*place_of(tab, 0.46 * width, 0.42 * height, session.size))
+    tab.click(*place_of(tab, 0.46 * width, 0.42 * height, session.view.size))
     tab.wait("document.querySelectorAll('#values tr').length === 17")
     keep(tab, "probe")
 
@@ -80,8 +80,8 @@ def compare(tab: Tab, session: Session) -> None:
     tab.wait("document.getElementById('status').textContent.startsWith('path')")
     tab.wait(REST)
     tab.press("x")
-    width, height = session.size
-    middle, left = (place_of(tab, share * width, 0.9 * height, session.size) for share in (0.5, 0.62))
+    width, height = session.view.size
+    middle, left = (place_of(tab, share * width, 0.9 * height, session.view.size) for share in (0.5, 0.62))
     drag(tab, middle, left)
     keep(tab, "compare")
 

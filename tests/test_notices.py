@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import raycam
 from raycam import notices
@@ -149,21 +150,18 @@ def test_copies_warn_not(odd_obj: Path, heard: list[warnings.WarningMessage]) ->
     assert heard == []
 
 
-def test_other_names_are_understood_with_a_notice() -> None:
-    with pytest.warns(raycam.Notice, match="lens is understood as model"):
-        camera = raycam.Camera.look_at(
-            [0, -3, 1],
-            [0, 0, 0],
-            size=(64, 48),
-            focal=30,
-            distortion=[0, 0, 0, 0],
-            lens="fisheye",  # type: ignore[call-arg]
-        )
-    assert camera.model == "fisheye"
-    with pytest.warns(raycam.Notice, match="model is understood as lens"):
-        raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye")  # type: ignore[call-arg]
-    with pytest.raises(raycam.SettingsError, match="one argument"):
-        raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye", lens="fisheye")  # type: ignore[call-arg]
+def test_unknown_camera_arguments_raise_with_the_valid_names() -> None:
+    for name in ("lens", "modle"):
+        with pytest.raises(raycam.CameraError, match="model"):
+            raycam.Camera.look_at([0, -3, 1], [0, 0, 0], focal=30, **{name: "fisheye"})  # type: ignore[arg-type]
+    for make in (raycam.Camera.from_opengl, raycam.Camera.from_x_forward, raycam.Camera.from_transform):
+        with pytest.raises(raycam.CameraError, match="model"):
+            make(np.eye(3), np.eye(4), (4, 4), lens="fisheye")  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="lens"):
+        raycam.load_cameras(raycam.data.path("fisheye.yaml"), lens="fisheye")  # type: ignore[call-arg]
+
+
+def test_unknown_render_options_raise_with_a_hint() -> None:
     for word, way in {"size": "resized", "spp": "samples"}.items():
         with pytest.raises(raycam.SettingsError, match=way):
             raycam.render(raycam.data.spot(), **{word: 1})  # type: ignore[arg-type]

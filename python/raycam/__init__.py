@@ -15,16 +15,16 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
-from .camera.asked import OPENERS
 from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
 from .render import render
-from .render.frame import PAGES, Frame
+from .render.frame import Frame
 from .render.many import Frames, render_many
 from .render.progressive import Cancel, Progressive, progressive
 from .rig import Rig
+from .sensors import Sensor
 from .world import Animation, Object, Topology, Video, World
 from .world.load import load
 from .world.texture import Texture
@@ -59,6 +59,7 @@ __all__ = [
     "Recipe",
     "Rig",
     "SelfCheck",
+    "Sensor",
     "SettingsError",
     "Texture",
     "Topology",
@@ -102,28 +103,6 @@ _LAZY_IMPORTS = {
 
 _MODULES = ("data", "dataset", "jobs", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
-
-
-def _viewer(name: str) -> Any:
-    """A function of the viewer's pages, which imports the viewer on first use."""
-
-    def call(frame: Frame, **options: Any) -> Any:
-        from .viewer import page
-
-        return getattr(page, name)(frame, **options)
-
-    return call
-
-
-def _over(frame: Frame, background: Any) -> Frame:
-    """A frame in front of a background."""
-    from .render.composition import over
-
-    return over(frame, background)
-
-
-OPENERS.update(load=load, load_cameras=load_cameras)
-PAGES.update(page=_viewer("page"), show=_viewer("show"), over=_over)
 
 
 def __getattr__(name: str) -> Any:

@@ -14,7 +14,7 @@ from .camera._arguments import Model, Size, Up
 from .errors import CameraError, FormatError, Notice, SettingsError, nearest
 from .io.atomic_files import write
 from .io.html_form import html_table
-from .notices import understands, warn_all
+from .notices import warn_all
 from .rig import Rig
 
 __all__ = ["FORMATS", "WRITTEN_FORMATS", "Cameras", "load_cameras", "save_cameras"]
@@ -137,14 +137,13 @@ class Cameras(Mapping[str, Camera]):
         return self[name]
 
 
-@understands(model="lens")
 def load_cameras(
     path: str | os.PathLike[str],
     format: str | None = None,
     *,
     size: Size | None = None,
     intrinsics: Camera | None = None,
-    lens: Model | None = None,
+    model: Model | None = None,
     direction: Literal["world_from_camera", "camera_from_world"] | None = None,
     axes: Literal["opencv", "opengl"] | None = None,
     up: Up = "z",
@@ -181,10 +180,11 @@ def load_cameras(
     A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is
     opened by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside.
     `size` (width, height) is for files without a size, where no picture lies beside either; cameras that have another
-    one are resized to it, or refused where the aspect differs. `lens` is the model of coefficients of which the file
-    does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and `axes` are those of
-    matrices whose file states neither ("poses"; without them a notice says what was taken). Each camera has the
-    `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and yaw refer to.
+    one are resized to it, or refused where the aspect differs. `model` is the lens model for coefficients whose
+    model the file does not specify, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and
+    `axes` are those of matrices whose file states neither ("poses"; without them a notice says what was taken). Each
+    camera has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and
+    yaw refer to.
 
     A trajectory of a body ("euroc", "kitti-360") gives cameras where the pose of `intrinsics` (`T_BS`) puts them on it.
     Notices tell what was assumed, left out, or looks mistaken: K of another resolution, a principal point outside.
@@ -208,7 +208,7 @@ def load_cameras(
         if axes not in (None, "opencv", "opengl"):
             raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"')
         convention = (direction != "camera_from_world", axes == "opengl")
-    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens, convention)
+    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, model, convention)
     warn_all(notices)
     return Cameras(records, notices, up, os.fspath(path), pair)
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import functools
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import FrameType
-from typing import ParamSpec, TypeVar
 
-from .errors import Notice, SettingsError
+from .errors import Notice
 
-__all__ = ["collected", "distinct", "strict", "understands", "warn", "warn_all"]
+__all__ = ["collected", "distinct", "strict", "warn", "warn_all"]
 
 _COLLECTED: ContextVar[list[Notice] | None] = ContextVar("collected", default=None)
 MAX_SUBJECTS = 3
@@ -118,29 +116,3 @@ def _asking_frame() -> FrameType:
             break
         frame = frame.f_back
     return frame
-
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def understands(**names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A decorator for functions whose arguments have other names elsewhere: `@understands(lens="model")`.
-
-    Raises `SettingsError` if an argument is given under both names.
-    """
-
-    def decorated(function: Callable[P, R]) -> Callable[P, R]:
-        @functools.wraps(function)
-        def called(*args: P.args, **kwargs: P.kwargs) -> R:
-            for word in names.keys() & kwargs.keys():
-                name = names[word]
-                if name in kwargs:
-                    raise SettingsError(f"{word} and {name} are one argument: give it once, as {name}")
-                kwargs[name] = kwargs.pop(word)
-                warn(Notice(f"{word} is understood as {name}, its name here", "foreign_name"))
-            return function(*args, **kwargs)
-
-        return called
-
-    return decorated

@@ -1,92 +1,59 @@
-"""Prints the figures of the house: circles, arrows, sizes, openings of comments, names.
+"""Prints the state of the source tree: import cycles, upward imports, long functions, sizes.
 
-Plain Python without dependencies:
+Requires cargo, because a tool in `rust_facts` parses the Rust sources:
 
-    python3 tests/architecture/report.py                     figures of this repository
-    python3 tests/architecture/report.py --list              each offence, too
-    python3 tests/architecture/report.py --root DIR --crate bvh --crate python
+    python3 tests/architecture/report.py                 counts for this repository
+    python3 tests/architecture/report.py --list          each finding, too
+    python3 tests/architecture/report.py --root DIR      another repository
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
-from house import graph, layout, names, prose, python_imports, rust_imports, size
-from house.source import crates
+from rules import functions, graph, layout, python_imports, rust_facts
+
+FIGURES: dict[str, Callable[[Path], list[str]]] = {
+    "functions over 80 lines": functions.long_functions,
+    "files over 700 lines": functions.large_files,
+    "folders over 16 files": functions.large_folders,
+}
 
 
-def crate_figures(root: Path, crate: str) -> dict[str, list[str]]:
-    """Offences of a crate, by what they offend against."""
-    arrows = rust_imports.arrows(root / "crates" / crate / "src")
-    return {
-        "circles of files": circle_lines(arrows),
-        "arrows that run up, files without a place": graph.upward_arrows(arrows, layout.order_of(crate)),
-        "doc comments that open with a riddle": prose.doc_openings(root, crate),
-        "other comments that open with a riddle": prose.comment_openings(root, crate),
-        "functions with a bare name": prose.rust_bare_names(root, crate),
-        "functions over 80 lines": size.long_rust_functions(root, crate),
-        "types with the same name": names.repeated_types(root, crate),
-        "missing terms": names.missing_terms(root, crate),
-    }
-
-
-def python_figures(root: Path) -> dict[str, list[str]]:
-    """Offences of the Python package, by what they offend against."""
-    arrows = python_imports.arrows(root / "python" / "raycam")
-    return {
-        "circles of files": circle_lines(arrows),
-        "arrows that run up, files without a place": graph.upward_arrows(arrows, layout.order_of("python")),
-        "docstrings that open with a riddle": prose.python_openings(root),
-        "functions with a bare name": prose.python_bare_names(root),
-        "functions over 80 lines": size.long_python_functions(root),
-    }
-
-
-def house_figures(root: Path) -> dict[str, list[str]]:
-    """Offences that no one crate answers for."""
-    return {
-        "folders over 16 files": size.full_folders(root),
-        "files over 700 lines": size.long_files(root),
-        "names that say nothing": names.vague_names(root),
-        f"lines of crates/*/src: {size.lines_of_crates(root)}, offences": [],
-    }
-
-
-def circle_lines(arrows: graph.Arrows) -> list[str]:
-    """One line a circle: its files, and the arrows that tie them."""
+def cycle_lines(arrows: graph.Arrows) -> list[str]:
+    """One text per cycle: its files, and their imports within the cycle."""
     lines = []
-    for circle in graph.circles(arrows):
-        ties = [f"{name} -> {', '.join(sorted(arrows[name] & set(circle)))}" for name in circle]
-        lines.append(f"{len(circle)} files\n        " + "\n        ".join(ties))
+    for cycle in graph.circles(arrows):
+        imports = [f"{name} -> {', '.join(sorted(arrows[name] & set(cycle)))}" for name in cycle]
+        lines.append(f"{len(cycle)} files\n        " + "\n        ".join(imports))
     return lines
 
 
-def show(title: str, figures: dict[str, list[str]], *, each: bool) -> None:
-    """Prints a count for every kind of offence, and each offence where asked."""
-    print(title)
-    for kind, offences in figures.items():
-        print(f"  {len(offences):5}  {kind}")
-        for offence in offences if each else ():
-            print(f"      {offence}")
+def show(title: str, findings: list[str], *, each: bool) -> None:
+    """Prints the number of findings, and each of them on request."""
+    print(f"{len(findings):5}  {title}")
+    for finding in findings if each else ():
+        print(f"      {finding}")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--root", type=Path, default=Path(__file__).resolve().parents[2], help="another repository"
-    )
-    parser.add_argument("--crate", action="append", help="only this crate, or `python`; may be repeated")
-    parser.add_argument("--list", action="store_true", help="print each offence")
-    chosen = parser.parse_args()
-    root = chosen.root.resolve()
-    for crate in chosen.crate or [*crates(root), "python"]:
-        figures = python_figures(root) if crate == "python" else crate_figures(root, crate)
-        show(crate, figures, each=chosen.list)
-    if not chosen.crate:
-        show("house", house_figures(root), each=chosen.list)
+    parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parents[2])
+    parser.add_argument("--list", action="store_true", help="print each finding")
+    options = parser.parse_args()
+    root = options.root.resolve()
+    parts = {crate: rust_facts.imports(root, crate) for crate in rust_facts.crates(root)}
+    parts["python"] = python_imports.arrows(root / "python" / "raycam")
+    for part, arrows in parts.items():
+        show(f"{part}: import cycles", cycle_lines(arrows), each=options.list)
+        upward = graph.upward_arrows(arrows, layout.order_of(part))
+        show(f"{part}: imports against the order of folders", upward, each=options.list)
+    for title, figure in FIGURES.items():
+        show(title, figure(root), each=options.list)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md hold: what they name is there, and they name all that a new member must touch."""
+"""Recipes in CONTRIBUTING.md: their paths and names exist, and they list every file that an addition must change."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from house import recipes
+from rules import recipes
 
 ROOT = Path(__file__).resolve().parents[2]
 RECIPES = recipes.recipes(ROOT)
@@ -20,13 +20,21 @@ ENUMS = {
 }
 
 
-def test_there_is_a_recipe_for_what_people_add() -> None:
-    others = ["A file format", "A primitive", "A data set format", "An example"]
+def test_common_additions_have_a_recipe() -> None:
+    others = [
+        "A calibration format",
+        "A file format",
+        "A primitive",
+        "A data set format",
+        "A sensor",
+        "A viewer control",
+        "An example",
+    ]
     assert sorted(RECIPES) == sorted([*ENUMS, *others])
 
 
 @pytest.mark.parametrize("title", RECIPES)
-def test_what_a_recipe_names_is_there(title: str) -> None:
+def test_paths_names_and_commands_of_recipe_exist(title: str) -> None:
     recipe = RECIPES[title]
     offences = recipes.missing_paths(ROOT, recipe)
     offences += recipes.missing_names(ROOT, recipe)
@@ -35,20 +43,20 @@ def test_what_a_recipe_names_is_there(title: str) -> None:
 
 
 @pytest.mark.parametrize("title", RECIPES)
-def test_steps_are_numbered(title: str) -> None:
+def test_recipe_steps_are_numbered(title: str) -> None:
     assert RECIPES[title].steps == list(range(1, len(RECIPES[title].steps) + 1)) != []
 
 
 @pytest.mark.parametrize(
     ("title", "enum"), [(title, enum) for title, enums in ENUMS.items() for enum in enums]
 )
-def test_a_recipe_names_every_file_that_a_variant_breaks(title: str, enum: str) -> None:
+def test_recipe_lists_every_file_with_exhaustive_match(title: str, enum: str) -> None:
     files = recipes.files_with_every_variant(ROOT, enum)
     assert files, f"no enum is called {enum}"
     assert sorted(set(files) - set(RECIPES[title].paths)) == []
 
 
-def test_a_wrong_recipe_is_noticed(tmp_path: Path) -> None:
+def test_wrong_recipe_is_reported(tmp_path: Path) -> None:
     source = tmp_path / "crates/scene/src"
     source.mkdir(parents=True)
     (tmp_path / "Makefile").write_text("check:\n")
@@ -62,7 +70,7 @@ def test_a_wrong_recipe_is_noticed(tmp_path: Path) -> None:
     (source / "some.rs").write_text("fn f() { match l { Light::Sun => 1, _ => 2 } }\n")
     (source / "made.rs").write_text('fn f() { match s { "sun" => Light::Sun, "d" => Light::Disk } }\n')
     (tmp_path / "CONTRIBUTING.md").write_text(
-        "# How\n\n## The house\n\nText.\n\n## A light\n\n"
+        "# How\n\n## Source tree\n\nText.\n\n## A light\n\n"
         "1. `Light` and `Lamp` in `crates/scene/src/light.rs`, `crates/scene/src/gone.rs`.\n"
         "2. Write `crates/scene/src/foo.rs` and `crates/nowhere/foo.rs`.\n"
         "   `make check`, `make tea`, `cargo test -p raycam-x`\n"
@@ -82,7 +90,7 @@ def test_a_wrong_recipe_is_noticed(tmp_path: Path) -> None:
     assert broken == [f"crates/scene/src/{name}.rs" for name in ("alias", "all", "light")]
 
 
-def test_targets_of_make_that_are_named_exist() -> None:
+def test_make_targets_in_contributing_exist() -> None:
     everything = recipes.Recipe("CONTRIBUTING.md", "".join(f"`{line}`" for line in make_lines()))
     assert recipes.missing_commands(ROOT, everything) == []
 

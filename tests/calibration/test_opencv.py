@@ -130,17 +130,17 @@ def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None
         as_json(tmp_path / "e.json", K=K, k1=d[0], k2=d[1], k3=d[2], k4=d[3]),
     ]
     for file in asked:
-        with pytest.raises(FormatError, match='lens="opencv" or "fisheye"'):
+        with pytest.raises(FormatError, match='"opencv" or "fisheye"'):
             raycam.load_cameras(file, size=SIZE)
-        (camera,) = raycam.load_cameras(file, size=SIZE, lens="fisheye").values()
+        (camera,) = raycam.load_cameras(file, size=SIZE, model="fisheye").values()
         np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE, True), atol=1e-9)
-    (camera,) = raycam.load_cameras(asked[0], size=SIZE, lens="opencv").values()
+    (camera,) = raycam.load_cameras(asked[0], size=SIZE, model="opencv").values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
     stated = as_json(tmp_path / "f.json", K=K, D=d, camera_model="fisheye")
     (camera,) = raycam.load_cameras(stated, size=SIZE).values()
     assert camera.model == "fisheye"
     with pytest.raises(FormatError, match="lens is"):
-        raycam.load_cameras(stated, size=SIZE, lens="opencv")
+        raycam.load_cameras(stated, size=SIZE, model="opencv")
     # Under dist* four numbers are OpenCV's own.
     (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
@@ -218,7 +218,7 @@ def test_views_of_a_board(tmp_path: Path) -> None:
 
 def test_lens_is_a_known_model(tmp_path: Path) -> None:
     with pytest.raises(CameraError, match="fisheye"):
-        raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, lens="fishey")  # type: ignore[arg-type]
+        raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, model="fishey")  # type: ignore[arg-type]
 
 
 def test_json_with_comments_of_opencv(tmp_path: Path) -> None:

@@ -113,7 +113,7 @@ def test_the_map_is_that_of_opencv() -> None:
     np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=1e-3)
     assert ours.min() > -0.01
     assert (ours[..., 0].max(), ours[..., 1].max()) <= (639.01, 479.01)
-    with pytest.raises(CameraError, match="one place"):
+    with pytest.raises(CameraError, match="same centre"):
         plain.replace(C=[1, 0, 0]).pixel_map(camera())
 
 

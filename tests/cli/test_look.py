@@ -42,7 +42,7 @@ def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture
     world = raycam.load("ball.glb")
     camera = world.default_camera((64, 48))
     expected = raycam.render(
-        world._in_studio(camera), camera, integrator="path", max_depth=6, samples=2, view="pbr_neutral"
+        world.in_studio(camera), camera, integrator="path", max_depth=6, samples=2, view="pbr_neutral"
     )
     np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
 

@@ -26,7 +26,7 @@ from support.patience import PATIENCE, until
 POISON = """
 import os, sys
 if "raycam.cluster.process_worker" in sys.orig_argv:
-    from raycam import video
+    from raycam.video import video
     real = video.VideoPlan.frame
     def frame(self, number, progress=None):
         if number == 3:

@@ -12,6 +12,7 @@ import pytest
 import raycam
 import raycam.dataset
 from raycam.dataset import FORMATS, views, write
+from raycam.dataset.plan import Plan
 from raycam.jobs import Job
 from support.box_table import ring, table
 
@@ -60,8 +61,8 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
     assert quick(tmp_path / "c", format=name).made == 0
 
 
-def plan(name: str) -> raycam.dataset.Plan:
-    return raycam.dataset.Plan(table(), views(table(), ring(3)), {}, FORMATS[name].options)
+def plan(name: str) -> Plan:
+    return Plan(table(), views(table(), ring(3)), {}, FORMATS[name].options)
 
 
 def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:

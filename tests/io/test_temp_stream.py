@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from raycam import video
 from raycam.cluster import InProcessPool, make_pool
 from raycam.cluster.process_pool import ProcessPool
 from raycam.io import temp_stream
@@ -18,12 +17,13 @@ from raycam.io.temp_stream import TempStream, TempStreamError
 from raycam.jobs import Job, scheduler, worker
 from raycam.jobs.job_package import JobPackage
 from raycam.jobs.kinds import KINDS
+from raycam.video import video
 from support.job_frames import Pool, package, results
 
 # Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
 # when they start.
 IN_PIECES = """
-from raycam import video
+from raycam.video import video
 from raycam.jobs import kinds
 real = video.frame_maker
 def maker(*given):

@@ -60,8 +60,8 @@ def test_shards_together_are_the_whole(tmp_path: Path, whole: dict[str, bytes]) 
         taken.append(sorted(pool.made))
     assert taken == [[2, 5], [0, 3, 6], [1, 4, 7]]
     assert results(tmp_path / "a") == whole
-    assert sorted(path.name for path in (tmp_path / "a/.raycam").glob("ledger*")) == [
-        f"ledger-{i}-of-3.jsonl" for i in (1, 2, 3)
+    assert sorted(path.name for path in (tmp_path / "a/.raycam").glob("journal*")) == [
+        f"journal-{i}-of-3.jsonl" for i in (1, 2, 3)
     ]
     late = Pool()
     job = Job(tmp_path / "a", package())
@@ -164,13 +164,13 @@ def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
 
 
 @pytest.mark.parametrize("shard", [None, (2, 2)])
-def test_a_damaged_line_of_a_ledger_is_told_of_and_its_frame_made_again(
+def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     tmp_path: Path, whole: dict[str, bytes], shard: tuple[int, int] | None
 ) -> None:
     folder = tmp_path / "a"
     Job(folder, package()).run(Pool(), shard=shard)
     Job(folder, package()).run(Pool())
-    book = folder / ".raycam" / ("ledger.jsonl" if shard is None else "ledger-2-of-2.jsonl")
+    book = folder / ".raycam" / ("journal.jsonl" if shard is None else "journal-2-of-2.jsonl")
     lines = book.read_bytes().splitlines(keepends=True)
     book.write_bytes(b"".join([lines[0], b"x" + lines[1][1:], *lines[2:]]))
     for _ in range(2):  # until it is made again
@@ -315,7 +315,7 @@ def test_killed_at_every_step_nothing_is_lost(tmp_path: Path, whole: dict[str, b
         assert len(pool.made) == 2 - finished
         assert results(folder) == {name: whole[name] for name in list(whole)[:2]}
         state = sorted(path.name for path in (folder / ".raycam").iterdir() if path.suffix != ".png")
-        assert state == ["job.json", "ledger.jsonl", "lock", "lock-begin", "package"]
+        assert state == ["job.json", "journal.jsonl", "lock", "lock-begin", "package"]
         if ended == 0:
             assert step > 20
             return
@@ -345,13 +345,13 @@ def test_killed_at_any_time_nothing_is_lost(tmp_path: Path, whole: dict[str, byt
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EIO, errno.EDQUOT])
-@pytest.mark.parametrize("place", ["write", "rename", "ledger"])
+@pytest.mark.parametrize("place", ["write", "rename", "journal"])
 def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, code: int, place: str
 ) -> None:
     job = Job(tmp_path / "a", package())
-    # The file of each frame is written first, then the ledger.
-    name, left = {"write": ("write", 4), "rename": ("replace", 3), "ledger": ("write", 5)}[place]
+    # The file of each frame is written first, then the journal.
+    name, left = {"write": ("write", 4), "rename": ("replace", 3), "journal": ("write", 5)}[place]
     real = getattr(os, name)
 
     def refuse(*arguments: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The ledger: what it says is what happened, wherever its writer was killed."""
+"""The journal: what it says is what happened, wherever its writer was killed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ENTRIES = [
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    path = tmp_path / "ledger.jsonl"
+    path = tmp_path / "journal.jsonl"
     with Journal(path) as book:
         for entry in ENTRIES:
             book.add(entry)

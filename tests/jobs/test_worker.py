@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from raycam import video
 from raycam.errors import JobError
 from raycam.jobs import worker
 from raycam.jobs.job_package import JobPackage
 from raycam.jobs.kinds import KINDS
 from raycam.jobs.worker import FrameTask, PackageNotFound, WorkerUnfit, render_frame
+from raycam.video import video
 from support.job_frames import film, package
 
 

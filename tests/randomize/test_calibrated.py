@@ -77,7 +77,7 @@ def test_errors(folder: Path, camera: dict[str, Any], said: str) -> None:
 def test_a_camera_left_at_the_origin_is_noticed(folder: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": 2}, name="all around")
-    camera = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")["calib"]
+    camera = raycam.load_cameras(folder / "calib.yaml", model="fisheye")["calib"]
     raycam.save_cameras(folder / "alone.yaml", {"eye": camera.resized((32, 24))}, "opencv")
     with pytest.warns(raycam.Notice, match="view_from"):
         raycam.render(world, folder / "alone.yaml", samples=1, channels="depth")
@@ -90,14 +90,14 @@ def test_a_camera_left_at_the_origin_is_noticed(folder: Path) -> None:
 
 
 def test_an_unknown_name_says_the_names(folder: Path) -> None:
-    cameras = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")
+    cameras = raycam.load_cameras(folder / "calib.yaml", model="fisheye")
     with pytest.raises(KeyError, match=r"camera 'left'.*calib"):
         cameras["left"]
     assert cameras.get("left") is None
 
 
 def test_cameras_at_the_origin_do_not_replace_those_that_see(folder: Path) -> None:
-    cameras = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")
+    cameras = raycam.load_cameras(folder / "calib.yaml", model="fisheye")
     made = recipe(folder, lens="fisheye", see=SEE)
     with pytest.raises(raycam.SettingsError, match="calibration = "):
         raycam.dataset.write(made, folder / "set", "coco", count=1, cameras=cameras)

@@ -129,7 +129,7 @@ def killing_at(step: int, part: bool) -> None:
 
 
 def check_intact(folder: Path, whole: dict[str, bytes]) -> int:
-    """Every final file is right, and everything that the ledger says is there; how many frames that are."""
+    """Every final file is right, and everything that the journal says is there; how many frames that are."""
     found = {name: data for name, data in results(folder).items() if not Path(name).name.startswith(".")}
     assert found.items() <= whole.items()
     if not (folder / ".raycam/job.json").exists():

@@ -23,8 +23,13 @@ needs_core = pytest.mark.skipif(not core.is_built(), reason="raycam for pages is
 
 
 def run(script: str) -> Any:
-    """The JSON that a script writes; the client's modules below `core` are its scope."""
-    names = bundling.modules("core/worker.js")
+    """The JSON that a script writes; the modules of a page's worker are its scope."""
+    return run_module("core/worker.js", script)
+
+
+def run_module(entry: str, script: str) -> Any:
+    """The JSON that a script writes; a module of the client and its imports are its scope."""
+    names = bundling.modules(entry)
     bodies = [bundling.EXPORT.sub("", bundling.IMPORT.sub("", bundling.client_file(name))) for name in names]
     text = "\n".join(
         [

@@ -197,7 +197,7 @@ def test_commands_of_jobs(
     whole = results(here / "frames")
     assert run(video) == 0
     capsys.readouterr()
-    book = Path("frames/.raycam/ledger-1-of-2.jsonl")
+    book = Path("frames/.raycam/journal-1-of-2.jsonl")
     book.write_bytes(b"x" + book.read_bytes()[1:])
     assert run("status frames") == 0
     out = capsys.readouterr().out

@@ -10,6 +10,7 @@ import pytest
 import raycam
 from raycam.viewer import answers
 from raycam.viewer.answers import AT_ONCE, MOST_WAITING, Answers
+from raycam.viewer.client_messages import Explain
 from raycam.viewer.session import Session
 from support.patience import until
 
@@ -21,8 +22,8 @@ class Slow:
         self.begun: list[tuple[Session, int]] = []
         self.gate = threading.Event()
 
-    def __call__(self, session: Session, message: dict[str, Any]) -> None:
-        self.begun.append((session, message["id"]))
+    def __call__(self, session: Session, message: Explain) -> None:
+        self.begun.append((session, message.id))
         assert self.gate.wait(60)
 
 
@@ -37,7 +38,7 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[Slow]:
 def listening(world: raycam.World) -> tuple[Session, list[dict[str, Any]]]:
     heard: list[dict[str, Any]] = []
     session = Session(world, world.camera("front"))
-    session.send = lambda message, buffers: heard.append(message)
+    session.connection.open(lambda message, buffers: heard.append(message))
     return session, heard
 
 
@@ -47,8 +48,8 @@ def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
     all_answers = Answers()
     (one, _), (two, _) = listening(small_world), listening(small_world)
     for number in range(3):
-        all_answers.queue_message(one, {"type": "explain", "id": number})
-    all_answers.queue_message(two, {"type": "explain", "id": 9})
+        all_answers.queue_message(one, Explain(number, 0, 0))
+    all_answers.queue_message(two, Explain(9, 0, 0))
     until(lambda: len(slow.begun) == 2)
     assert slow.begun == [(one, 0), (two, 9)]
     slow.gate.set()
@@ -61,11 +62,11 @@ def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: rayc
     all_answers = Answers()
     clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
     for session, _ in clients:
-        all_answers.queue_message(session, {"type": "explain", "id": 0})
+        all_answers.queue_message(session, Explain(0, 0, 0))
     until(lambda: len(slow.begun) == AT_ONCE)
     session, heard = clients[-1]
     for number in range(1, MOST_WAITING + 1):
-        all_answers.queue_message(session, {"type": "explain", "id": number})
+        all_answers.queue_message(session, Explain(number, 0, 0))
     assert [each["type"] for each in heard] == ["notice"]
     # Whoever leaves is forgotten: nothing more of it begins.
     all_answers.forget(session)
@@ -80,11 +81,11 @@ def test_the_end_does_not_wait_for_long_and_stops_films(
     monkeypatch.setattr(answers, "GRACE", 0.1)
     all_answers = Answers()
     session, _ = listening(small_world)
-    all_answers.queue_message(session, {"type": "film", "id": 0})
-    all_answers.queue_message(session, {"type": "film", "id": 1})
+    all_answers.queue_message(session, Explain(0, 0, 0))
+    all_answers.queue_message(session, Explain(1, 0, 0))
     until(lambda: len(slow.begun) == 1)
     all_answers.close()
-    assert session.film_stop.is_set()
+    assert session.connection.film_stop.is_set()
     slow.gate.set()
     until(lambda: not any(each.name == "raycam answers" for each in threading.enumerate()))
     assert len(slow.begun) == 1
@@ -95,16 +96,16 @@ def test_a_fault_is_told_and_the_next_answer_is_made(
 ) -> None:
     done: list[int] = []
 
-    def fails_once(session: Session, message: dict[str, Any]) -> None:
-        done.append(message["id"])
-        if message["id"] == 0:
+    def fails_once(session: Session, message: Explain) -> None:
+        done.append(message.id)
+        if message.id == 0:
             raise RuntimeError("broken")
 
     monkeypatch.setattr(answers, "answer", fails_once)
     all_answers = Answers()
     session, heard = listening(small_world)
     for number in range(2):
-        all_answers.queue_message(session, {"type": "explain", "id": number})
+        all_answers.queue_message(session, Explain(number, 0, 0))
     until(lambda: done == [0, 1])
     assert ["RuntimeError: broken" in each["text"] for each in heard] == [True]
     assert "broken" in capsys.readouterr().err

@@ -378,14 +378,14 @@ def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None
     assert server.token not in tab.evaluate("location.href")
     tab.wait("document.getElementById('status').textContent.includes('16 samples')")
     (session,) = server.sessions.values()
-    before = session.given
+    before = session.view.camera
     x, y = place_of(tab, 24, 16, (48, 32))
     drag(tab, (x, y), (x + 40, y))
     tab.wait("document.getElementById('status').textContent.includes('16 samples')")
-    assert session.given != before
+    assert session.view.camera != before
     tab.click(x, y)
     tab.wait("document.querySelectorAll('#values tr').length === 17")
-    seen = raycam.render(session.world, session.camera, channels="all", samples=1)
+    seen = raycam.render(session.view.world, session.view.still_camera, channels="all", samples=1)
     column, row = held(tab)
     for name in ("depth", "position", "triangle", "barycentric"):
         value = np.atleast_1d(seen[name][row, column])

@@ -53,7 +53,7 @@ def said(tab: Tab) -> str:
 
 def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    until(lambda: session.start_refinement().change is not None)
+    until(lambda: session.images.refinement_of(session.view).change is not None)
     tab.wait("document.getElementById('status-change').textContent.includes(' % since ')")
     assert text_of(tab, "status-rate").endswith(" M samples/s")
     assert text_of(tab, "status-world") == "14 triangles"
@@ -68,14 +68,14 @@ def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
         session = opened(tab, server, 2)
         assert text_of(tab, "exposure-text") == f"{stops:+g} stops"
         assert float(tab.evaluate("document.getElementById('exposure').value")) == stops
-        until(lambda: session.exposure == stops)
+        until(lambda: session.view.exposure == stops)
     finally:
         server.close()
 
 
 def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    before = session.given
+    before = session.view.camera
     for element, text, told in [
         ("#pose-x", "1e12", "x, m: expected a number from -1000000000 to 1000000000, not 1e12."),
         ("#pose-yaw", "", "yaw, °: expected a number from -10000 to 10000."),
@@ -90,7 +90,7 @@ def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server
         tab.evaluate(f"document.querySelector('{element}').value = '{was}'")
     press(tab, "Escape")
     assert said(tab) == ""
-    assert session.given == before
+    assert session.view.camera == before
     assert text_of(tab, "status-connection") == "connected"  # nothing of it was sent, which would be a strike
 
 
@@ -103,9 +103,9 @@ def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
     try:
         session = opened(tab, server, 2)
         type_into(tab, "#pose-z", "503")
-        until(lambda: session.given != camera)
-        assert session.given.location.tolist() == [*camera.location[:2], 503.0]
-        assert np.abs(session.given.R - camera.R).max() < 1e-12
+        until(lambda: session.view.camera != camera)
+        assert session.view.camera.location.tolist() == [*camera.location[:2], 503.0]
+        assert np.abs(session.view.camera.R - camera.R).max() < 1e-12
     finally:
         server.close()
 
@@ -122,26 +122,26 @@ def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) 
         ),
         ("ArrowUp", CTRL, lambda moved, camera: abs(moved @ camera.R[1]) > 0.9 * np.linalg.norm(moved) > 0),
     ]:
-        before = session.given
+        before = session.view.camera
         press(tab, key, modifiers)
-        until(lambda before=before: session.given != before)
-        assert way(session.given.location - before.location, before)
+        until(lambda before=before: session.view.camera != before)
+        assert way(session.view.camera.location - before.location, before)
     press(tab, "Home")
     tab.wait("document.getElementById('camera').value === 'front'")
     press(tab, "c")
-    until(lambda: session.name == "side")
+    until(lambda: session.view.camera_name == "side")
     for name in ("", "side"):
         press(tab, "v")
-        until(lambda name=name: session.name == name)
-    tab.click(*place_of(tab, session.size[0] // 2, session.size[1] // 2, session.size))
+        until(lambda name=name: session.view.camera_name == name)
+    tab.click(*place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size))
     tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
     press(tab, "f")
-    until(lambda: session.name == "")
-    assert np.allclose(session.pivot, 0)  # the middle of the box, not of box and floor
+    until(lambda: session.view.camera_name == "")
+    assert np.allclose(session.view.pivot, 0)  # the middle of the box, not of box and floor
     press(tab, "Tab")
-    before = session.given
+    before = session.view.camera
     press(tab, "w")
-    until(lambda: session.given != before)
+    until(lambda: session.view.camera != before)
     for _ in range(2):
         press(tab, "Tab")
 
@@ -157,10 +157,10 @@ def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
         tab.wait(
             "document.getElementById('unlisted').textContent.startsWith('1,000 of 1,003 objects are listed')"
         )
-        tab.click(*place_of(tab, session.size[0] // 2, session.size[1] // 2, session.size))
+        tab.click(*place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size))
         tab.wait("document.getElementById('object').selectedOptions[0].textContent === 'tile 1002'")
         tab.evaluate("document.getElementById('object-visible').click()")
-        until(lambda: not session.base.objects[1002].visible)
+        until(lambda: not session.view.base.objects[1002].visible)
     finally:
         server.close()
 
@@ -172,11 +172,11 @@ def test_a_new_session_draws_and_shows_as_the_page_says(tab: Tab, live: Server) 
     until(lambda: session.shows_grid and session.shows_cameras)
     session.visible = False  # as if it had been hidden before the connection was cut
     tab.wait("document.getElementById('status-connection').textContent === 'connected'")
-    session.send_message(session.welcome())
+    session.connection.send(session.welcome())
     until(lambda: session.visible)
     assert tab.evaluate("document.getElementById('show-grid').checked")
     session.shows_grid = session.shows_cameras = False  # as a session of a server that was started anew
-    session.send_message(session.welcome())
+    session.connection.send(session.welcome())
     tab.wait(
         "!document.getElementById('show-grid').checked && !document.getElementById('show-cameras').checked"
     )

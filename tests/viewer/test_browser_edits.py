@@ -63,9 +63,9 @@ def rest(tab: Tab, session: Session) -> None:
     """Waits for the last sample of the view as it is now."""
     until(
         lambda: (
-            session.moved == session.version
-            and session.still is not None
-            and session.sent == session.acknowledged
+            not session.images.is_moving
+            and session.images.still is not None
+            and session.connection.sent == session.connection.acknowledged
         ),
         "no picture of the last change",
     )
@@ -73,15 +73,15 @@ def rest(tab: Tab, session: Session) -> None:
 
 
 def matrix_of(session: Session) -> np.ndarray:
-    return np.array(session.base.objects[0].matrix)
+    return np.array(session.view.base.objects[0].matrix)
 
 
 def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
     """The place in the window of the end of a handle of the first object."""
-    found = handles(matrix_of(session), np.zeros(3), session.camera, session.selection.tool)
+    found = handles(matrix_of(session), np.zeros(3), session.view.still_camera, session.selection.tool)
     (lines,) = (each["lines"] for each in found if each["handle"] == handle)
     u, v = lines[0][-1]
-    return place_of(tab, u - 0.5, v - 0.5, session.size)
+    return place_of(tab, u - 0.5, v - 0.5, session.view.size)
 
 
 # The gizmo ------------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ def test_a_drag_of_a_handle_changes_the_world_in_one_step(
 ) -> None:
     session = opened(tab, serve(), SAMPLES)
     before, image = matrix_of(session), truth(session)
-    camera = session.given
+    camera = session.view.camera
     tab.press(key)
     tab.wait("document.getElementById('tool').value !== 'none'")
     tab.evaluate("new Promise((done) => setTimeout(done, 300))")
@@ -102,7 +102,7 @@ def test_a_drag_of_a_handle_changes_the_world_in_one_step(
     tab.wait("!document.getElementById('undo').disabled")
     rest(tab, session)
     after = matrix_of(session)
-    assert session.given == camera, "the drag turned the camera"
+    assert session.view.camera == camera, "the drag turned the camera"
     moved, linear = after[:3, 3] - before[:3, 3], after[:3, :3]
     if tool == "move":
         assert abs(moved[0]) > 0.05
@@ -117,9 +117,9 @@ def test_a_drag_of_a_handle_changes_the_world_in_one_step(
         assert abs(lengths[0] - 1) > 0.05
         assert np.allclose(lengths[1:], 1)
     assert (truth(session) != image).any(), "the picture shows nothing of it"
-    assert np.array_equal(matrix_of(session), np.array(session.world.objects[0].matrix))
+    assert np.array_equal(matrix_of(session), np.array(session.view.world.objects[0].matrix))
     assert np.array_equal(np.array(small_world.objects[0].matrix), before), "the script's world was changed"
-    assert session.edits.about()["undo"] == 1, "a drag is one step"
+    assert session.view.opened.edits.about()["undo"] == 1, "a drag is one step"
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="z", modifiers=2)
     tab.call("Input.dispatchKeyEvent", type="keyUp", key="z", modifiers=2)
     tab.wait("document.getElementById('undo').disabled && !document.getElementById('redo').disabled")
@@ -133,18 +133,20 @@ def test_a_drag_of_a_handle_changes_the_world_in_one_step(
 
 def truth(session: Session) -> np.ndarray:
     """Distances in the picture that the view shows."""
-    return np.array(raycam.render(session.world, session.camera, channels="depth", samples=1)["depth"])
+    return np.array(
+        raycam.render(session.view.world, session.view.still_camera, channels="depth", samples=1)["depth"]
+    )
 
 
 def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> None:
     session = opened(tab, serve(), SAMPLES)
-    before, camera = matrix_of(session), session.given
+    before, camera = matrix_of(session), session.view.camera
     tab.press("g")
     tab.wait("document.getElementById('tool').value === 'move'")
     x, y = place_of(tab, 3, 3, SIZE)
     drag(tab, (x, y), (x + 60, y + 35))
     rest(tab, session)
-    assert session.given != camera
+    assert session.view.camera != camera
     assert np.array_equal(matrix_of(session), before)
     assert tab.evaluate("document.getElementById('undo').disabled")
 
@@ -157,10 +159,12 @@ def test_the_numbers_of_a_moved_object_are_those_of_its_new_place(tab: Tab, serv
     drag(tab, (x, y), (x, y - 50), steps=8)
     tab.wait("!document.getElementById('undo').disabled")
     rest(tab, session)
-    seen = raycam.render(session.base, session.camera, channels=["position", "instance"], samples=1)
+    seen = raycam.render(
+        session.view.base, session.view.still_camera, channels=["position", "instance"], samples=1
+    )
     rows, columns = np.nonzero(seen["instance"] == 0)
     middle = len(rows) // 2
-    tab.click(*place_of(tab, columns[middle], rows[middle], session.size))
+    tab.click(*place_of(tab, columns[middle], rows[middle], session.view.size))
     tab.wait("document.querySelectorAll('#values tr').length === 17")
     column, row = held(tab)
     assert seen["instance"][row, column] == 0
@@ -186,11 +190,11 @@ def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, 
     tab.wait("document.getElementById('about').textContent.includes('1 object, 4 triangles')")
     rest(tab, session)
     expected = raycam.load(paths[0])
-    assert session.base.objects[0].name == "wedge"
-    tab.click(*place_of(tab, 24, 16, session.size))
+    assert session.view.base.objects[0].name == "wedge"
+    tab.click(*place_of(tab, 24, 16, session.view.size))
     tab.wait("document.querySelectorAll('#values tr').length === 17")
     column, row = held(tab)
-    frame = raycam.render(expected, session.camera, channels=["position", "depth"], samples=1)
+    frame = raycam.render(expected, session.view.still_camera, channels=["position", "depth"], samples=1)
     assert readout(tab)["depth"] == [str(frame["depth"][row, column])]
     assert tab.said == []
 
@@ -199,11 +203,11 @@ def test_dropped_files_are_refused_without_allow_open(
     tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World
 ) -> None:
     session = opened(tab, serve(), SAMPLES)
-    version = session.version
+    version = session.images.version
     tab.drop(*place_of(tab, 24, 16, SIZE), files(tmp_path))
     tab.wait("document.getElementById('message').textContent.includes('--allow-open')")
-    assert session.base is small_world
-    assert session.version == version
+    assert session.view.base is small_world
+    assert session.images.version == version
     assert session.uploads._folder is None
     assert text_of(tab, "title") == "small"
     assert tab.evaluate("location.protocol") == "http:", "the browser went to the file"
@@ -229,10 +233,10 @@ def test_dropped_files_that_are_no_world_are_said_and_the_view_stays(
     tab.wait("document.getElementById('message').classList.contains('error')")
     tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
     tab.wait("!document.getElementById('message').hidden")
-    assert session.base is small_world
+    assert session.view.base is small_world
     x, y = place_of(tab, 24, 16, SIZE)
-    camera = session.given
+    camera = session.view.camera
     for _ in itertools.repeat(None, 2):
         drag(tab, (x, y), (x + 40, y))
     rest(tab, session)
-    assert session.given != camera, "the view moves no more"
+    assert session.view.camera != camera, "the view moves no more"

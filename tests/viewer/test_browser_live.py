@@ -26,6 +26,7 @@ from raycam.viewer.session import Session
 from support.chromium import Tab
 from support.gltf_document import variant_square
 from support.patience import until
+from support.session_messages import receive
 from support.viewer_page import opened, place_of, text_of
 
 pytestmark = pytest.mark.proof
@@ -107,8 +108,13 @@ def live(world: raycam.World) -> Iterator[Server]:
 
 def rest(tab: Tab, session: Session) -> None:
     """Waits for the last sample of the view as it is now."""
-    until(lambda: session.moved == session.version and session.still is not None)
-    until(lambda: session.start_refinement().samples >= SAMPLES and session.sent == session.acknowledged)
+    until(lambda: not session.images.is_moving and session.images.still is not None)
+    until(
+        lambda: (
+            session.images.refinement_of(session.view).samples >= SAMPLES
+            and session.connection.sent == session.connection.acknowledged
+        )
+    )
     tab.wait(DONE)
 
 
@@ -135,11 +141,11 @@ def test_a_click_is_told_to_the_script(tab: Tab, world: raycam.World) -> None:
         tab.open(viewer.url)
         tab.wait(DONE)
         (session,) = viewer._sessions()
-        x, y = place_of(tab, 40, 30, session.size)
+        x, y = place_of(tab, 40, 30, session.view.size)
         for kind in ("mousePressed", "mouseReleased"):
             tab.mouse(kind, x, y, button="left", clickCount=1)
         until(lambda: len(told) == 1)
-        seen = raycam.render(world, session.camera, channels="instance")["instance"]
+        seen = raycam.render(world, session.view.still_camera, channels="instance")["instance"]
     (picked,) = told
     assert picked["pixel"] == (40, 30)
     assert picked["instance"] == seen[30, 40]
@@ -152,8 +158,13 @@ def test_the_page_begins_with_what_is_chosen(tab: Tab, world: raycam.World) -> N
         tab.open(server.url)
         tab.wait("document.getElementById('channel').value === 'depth'")
         (session,) = server.sessions.values()
-        until(lambda: session.shown == (session.version, "depth"))
-        assert (session.channel, session.exposure, session.view, session.time) == ("depth", 1.5, "agx", 0.5)
+        until(lambda: session.images.is_shown("depth"))
+        assert (session.view.channel, session.view.exposure, session.view.transform, session.view.time) == (
+            "depth",
+            1.5,
+            "agx",
+            0.5,
+        )
         assert tab.evaluate("document.getElementById('time').value") == "0.5"
     finally:
         server.close()
@@ -163,17 +174,21 @@ def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, 
     tab.show(700, 360)
     session = opened(tab, live, SAMPLES)
     tab.press("c")
-    until(lambda: session.name == "wide")
+    until(lambda: session.view.camera_name == "wide")
     rest(tab, session)
-    assert session.given == world.camera("wide")
+    assert session.view.camera == world.camera("wide")
     expected = raycam.render(
-        world, session.camera, samples=SAMPLES, integrator="direct", channels=["color", "alpha", "coverage"]
+        world,
+        session.view.still_camera,
+        samples=SAMPLES,
+        integrator="direct",
+        channels=["color", "alpha", "coverage"],
     )
-    shown = on_the_screen(tab, session.size)
+    shown = on_the_screen(tab, session.view.size)
     same = [
         np.abs(each - expected.to_srgb8().astype(int)).max()
         for each in shown
-        if each.shape == (*session.size[::-1], 3)
+        if each.shape == (*session.view.size[::-1], 3)
     ]
     assert min(same) <= 1
     tab.show(1280, 800)
@@ -181,32 +196,32 @@ def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, 
 
 def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    before = session.given
+    before = session.view.camera
     tab.evaluate("document.getElementById('picture').focus()")
     tab.press("Tab")
     tab.wait("document.getElementById('message').textContent.startsWith('Fly')")
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="w", code="KeyW")
-    until(lambda: session.given != before)
+    until(lambda: session.view.camera != before)
     tab.call("Input.dispatchKeyEvent", type="keyUp", key="w", code="KeyW")
     rest(tab, session)
-    way = session.given.location - before.location
+    way = session.view.camera.location - before.location
     assert way @ before.forward == pytest.approx(np.linalg.norm(way))
-    assert np.array_equal(session.given.R, before.R)
+    assert np.array_equal(session.view.camera.R, before.R)
 
 
 def test_a_walk_keeps_the_eyes_above_the_ground(
     tab: Tab, live: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = opened(tab, live, SAMPLES)
-    before = session.given.location
+    before = session.view.camera.location
     tab.evaluate("document.getElementById('picture').focus()")
     for said in ("Fly", "Walk"):
         tab.press("Tab")
         tab.wait(f"document.getElementById('message').textContent.startsWith('{said}')")
-    x, y = place_of(tab, 40, 30, session.size)
+    x, y = place_of(tab, 40, 30, session.view.size)
     tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
     tab.wait("document.getElementById('message').textContent === 'Speed: 1.3 times.'")
-    assert np.array_equal(session.given.location, before)
+    assert np.array_equal(session.view.camera.location, before)
     places, go = [before], session._go
     monkeypatch.setattr(session, "_go", lambda moved: (places.append(moved.location), go(moved)))
     # Over the ball, whose top is at 2 m, and down again; slow machines see only some of the places.
@@ -238,16 +253,16 @@ def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.Monk
 
 def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    before = np.array(session.world.objects[0].matrix)
+    before = np.array(session.view.world.objects[0].matrix)
     tab.wait("!document.getElementById('timeline').hidden")
     tab.evaluate(
         "(() => { const bar = document.getElementById('time'); bar.value = String(bar.max * 0.5);"
         "for (const kind of ['input', 'change']) bar.dispatchEvent(new Event(kind, { bubbles: true })); })()"
     )
-    until(lambda: session.time > 0)
+    until(lambda: session.view.time > 0)
     rest(tab, session)
-    moved = np.array(session.world.objects[0].matrix)[:3, 3] - before[:3, 3]
-    assert moved[0] == pytest.approx(session.time, abs=0.3)
+    moved = np.array(session.view.world.objects[0].matrix)[:3, 3] - before[:3, 3]
+    assert moved[0] == pytest.approx(session.view.time, abs=0.3)
 
 
 def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
@@ -265,9 +280,9 @@ def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
         until(lambda: session.variant == "red")
         rest(tab, session)
         expected = raycam.render(
-            world.with_variant("red"), session.camera, samples=SAMPLES, integrator="direct"
+            world.with_variant("red"), session.view.still_camera, samples=SAMPLES, integrator="direct"
         ).to_srgb8()
-        shown = on_the_screen(tab, session.size)
+        shown = on_the_screen(tab, session.view.size)
         assert (
             min(np.abs(each - expected.astype(int)).max() for each in shown if each.shape == expected.shape)
             <= 1
@@ -278,14 +293,14 @@ def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
 
 def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    until(lambda: session.sent == session.acknowledged)
-    sent, before = session.sent, on_the_screen(tab, session.size)[0]
+    until(lambda: session.connection.sent == session.connection.acknowledged)
+    sent, before = session.connection.sent, on_the_screen(tab, session.view.size)[0]
     tab.evaluate("document.getElementById('picture').focus()")
     for _ in range(3):
         tab.press("=")
-    assert (on_the_screen(tab, session.size)[0] > before).any()
+    assert (on_the_screen(tab, session.view.size)[0] > before).any()
     time.sleep(0.5)
-    assert session.sent == sent
+    assert session.connection.sent == sent
 
 
 def test_a_snapshot_is_a_file_with_the_bytes_of_render(
@@ -297,7 +312,7 @@ def test_a_snapshot_is_a_file_with_the_bytes_of_render(
     until(lambda: (tmp_path / "w.png").exists() and not list(tmp_path.glob("*.crdownload")))
     with Image.open(tmp_path / "w.png") as image:
         found = np.array(image.convert("RGB"))
-    expected = raycam.render(world, session.camera, samples=SAMPLES, integrator="direct")
+    expected = raycam.render(world, session.view.still_camera, samples=SAMPLES, integrator="direct")
     assert np.array_equal(found, expected.to_srgb8())
 
 
@@ -336,7 +351,7 @@ def test_a_film_without_pyav_is_a_gif(
 
 def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path) -> None:
     session = opened(tab, live, SAMPLES)
-    session.receive({"type": "quality", "integrator": "path"})
+    receive(session, {"type": "quality", "integrator": "path"})
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     tab.evaluate("document.getElementById('film').click()")
     tab.wait("!document.getElementById('film-stop').hidden")
@@ -400,13 +415,13 @@ def test_two_clients_see_one_world_each_by_its_own_camera(
     tab: Tab, live: Server, world: raycam.World
 ) -> None:
     session = opened(tab, live, SAMPLES)
-    other = Session(session.edits, world.camera("wide"), samples=SAMPLES, title="w")
-    camera = session.given
-    version = session.version
-    other.edits.edit("object", 0, "color", "#00ff00")
-    until(lambda: session.version > version)
+    other = Session(session.view.opened.edits, world.camera("wide"), samples=SAMPLES, title="w")
+    camera = session.view.camera
+    version = session.images.version
+    other.view.opened.edits.edit("object", 0, "color", "#00ff00")
+    until(lambda: session.images.version > version)
     rest(tab, session)
-    assert session.world.objects[0].name == "ball"
-    assert session.given == camera
+    assert session.view.world.objects[0].name == "ball"
+    assert session.view.camera == camera
     assert not tab.evaluate("document.getElementById('undo').disabled")
     assert text_of(tab, "title") == "w"

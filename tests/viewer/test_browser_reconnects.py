@@ -68,7 +68,7 @@ def test_a_cut_connection_comes_back_with_everything(tab: Tab, server: Server, r
     choose(tab, "channel", "color")
     tab.wait(DONE)
     choose(tab, "exposure", "1")
-    before, world, id = tab.evaluate(SHOWN), session.world, session.id
+    before, world, id = tab.evaluate(SHOWN), session.view.world, session.connection.id
 
     relay.cut(None)
     tab.wait(LOST)
@@ -80,14 +80,14 @@ def test_a_cut_connection_comes_back_with_everything(tab: Tab, server: Server, r
     relay.cut(server.address)
     tab.wait(DONE)
     assert list(server.sessions) == [id]
-    assert session.world is world, "an edit and what could not be said were kept apart"
-    assert tab.evaluate("document.getElementById('camera').value") == session.name == "side"
+    assert session.view.world is world, "an edit and what could not be said were kept apart"
+    assert tab.evaluate("document.getElementById('camera').value") == session.view.camera_name == "side"
     assert tab.evaluate("document.getElementById('exposure').value") == "2"
-    assert session.exposure == 2
+    assert session.view.exposure == 2
     tab.evaluate("document.getElementById('undo').click()")
     tab.wait("document.getElementById('undo').disabled")
     tab.wait(DONE)
-    assert session.world is not world
+    assert session.view.world is not world
     assert not tab.evaluate("document.getElementById('redo').disabled")
 
 
@@ -125,7 +125,7 @@ def test_a_server_that_is_killed_and_back_gets_its_page_back(
         tab.wait(DONE)
         (session,) = second.sessions.values()
         assert not tab.evaluate("document.getElementById('undo').disabled")
-        assert session.world is edits.world, "what the program keeps is there"
+        assert session.view.world is edits.world, "what the program keeps is there"
     finally:
         second.close()
 

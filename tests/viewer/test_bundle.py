@@ -50,7 +50,9 @@ def test_no_import_is_left_and_nothing_is_loaded(entry: str) -> None:
 def test_files_are_short_and_begin_with_a_comment(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.count("\n") <= LONGEST_FILE
-    assert text.startswith({".js": "// ", ".css": "/* ", ".html": "<!doctype html>"}[path.suffix])
+    assert text.startswith(
+        {".js": "// ", ".ts": "// ", ".css": "/* ", ".html": "<!doctype html>"}[path.suffix]
+    )
 
 
 def test_circles_are_refused(altered) -> None:

@@ -15,9 +15,11 @@ import raycam
 from PIL import Image
 from raycam import cli
 from raycam.viewer.answers import answer
+from raycam.viewer.client_messages import Copy
 from raycam.viewer.session import Session
 from raycam.viewer.viewer import Viewer
 from support.gltf_document import variant_square
+from support.session_messages import orbit, receive
 
 WORLD = """[render]
 exposure = 0.5
@@ -48,16 +50,24 @@ fps = 10
 seconds = 2
 orbit = { target = [0, 0, 0] }
 """
-ORBIT = {"type": "nav", "seq": 1, "kind": "orbit", "dx": 40, "dy": 10, "dz": 0, "u": 0, "v": 0}
+ORBIT = {"type": "orbit"}
 LATER = {"type": "time", "t": 0.75, "animation": ""}
 DISPLAY = {"type": "display", "exposure": -1.0, "view": "agx"}
+
+
+def tell(session: Session, said: dict[str, Any]) -> None:
+    """Passes a message on; `ORBIT` turns the camera as the client does."""
+    if said is ORBIT:
+        orbit(session, 14)
+    else:
+        receive(session, said)
 
 
 def copied_command(session: Session) -> tuple[str, list[str]]:
     """The command, and what is said with it."""
     said: list[dict[str, Any]] = []
-    session.send = lambda message, buffers: said.append(message)
-    answer(session, {"type": "copy", "format": "command"})
+    session.connection.open(lambda message, buffers: said.append(message))
+    answer(session, Copy("command"))
     return said[-1]["text"], [each["text"] for each in said if each["type"] == "notice"]
 
 
@@ -76,8 +86,11 @@ def assert_gives_what_is_seen(session: Session, folder: Path) -> None:
     )
     assert done.returncode == 0, (command, done.stderr)
     shown = raycam.render(
-        session.world, session.camera, integrator=session.integrator, samples=session.most_samples()
-    ).to_srgb8(session.exposure, session.view)
+        session.view.world,
+        session.view.still_camera,
+        integrator=session.view.integrator,
+        samples=session.images.samples_of(session.view),
+    ).to_srgb8(session.view.exposure, session.view.transform)
     with Image.open(folder / "picture.png") as image:
         rendered = np.asarray(image).astype(int)
     # A camera that is turned back to where an orbit began may see an edge in the next pixel, for its last digit.
@@ -93,9 +106,9 @@ def test_the_command_gives_the_picture_that_is_seen(
     path.write_text(WORLD)
     world = raycam.load(path)
     session = Session(world, world.camera(camera), samples=2, title=path.name, source=path)
-    session.receive({"type": "size", "width": 60, "height": 40, "ratio": 1})
+    receive(session, {"type": "size", "width": 60, "height": 40, "ratio": 1})
     for each in said:
-        session.receive(each)
+        tell(session, each)
     assert_gives_what_is_seen(session, tmp_path)
 
 
@@ -107,7 +120,7 @@ def test_a_command_whose_camera_the_video_places_says_so(tmp_path: Path) -> None
     world = raycam.load(path)
     session = Session(world, world.camera("wide"), samples=2, source=path)
     for said in (LATER, ORBIT):
-        session.receive(said)
+        tell(session, said)
     (text,) = copied_command(session)[1]
     assert "0.75 s" in text
 
@@ -117,16 +130,16 @@ def test_the_command_names_the_variant(tmp_path: Path) -> None:
     path = variant_square().save(tmp_path / "v.glb")
     world = raycam.load(path)
     session = Session(world, world.default_camera((48, 32)), samples=2, source=path)
-    session.receive({"type": "variant", "name": world.variants[0]})
+    receive(session, {"type": "variant", "name": world.variants[0]})
     assert_gives_what_is_seen(session, tmp_path)
 
 
 def test_the_command_says_what_it_leaves_out(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="of a script")
-    session.receive({"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
+    receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
     command, said = copied_command(session)
     assert shlex.split(command)[2:4] == ["of a script", "-o"]
-    assert ["edits" in said[0], "has no file" in said[1]] == [True, True]
+    assert ["Save TOML" in said[0], "file name" in said[1]] == [True, True]
 
 
 def test_cameras_of_another_file_are_listed_and_written_by_the_command(
@@ -152,6 +165,6 @@ def test_cameras_of_another_file_are_listed_and_written_by_the_command(
     listed, unposed = (each.welcome()["cameras"] for each in sessions)
     assert listed == ["-first; one", "wide", "added"]
     assert len(unposed) == 3
-    assert "as a calibration without a pose leaves it" in capsys.readouterr().err
-    sessions[0].receive({"type": "camera", "name": "added"})
+    assert "without a pose" in capsys.readouterr().err
+    receive(sessions[0], {"type": "camera", "name": "added"})
     assert_gives_what_is_seen(sessions[0], tmp_path)

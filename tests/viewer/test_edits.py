@@ -9,6 +9,7 @@ import pytest
 import raycam
 from raycam.viewer.scene.edits import Edits, edited, material
 from raycam.viewer.session import Session
+from support.session_messages import receive
 
 
 def test_objects_are_hidden_coloured_and_placed(small_world: raycam.World) -> None:
@@ -87,19 +88,19 @@ def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -
     edits = Edits(small_world)
     first, second = (Session(edits, small_world.camera("front")) for _ in range(2))
     heard: list[dict[str, Any]] = []
-    second.send = lambda message, buffers: heard.append(message)
-    first.receive({"type": "edit", "kind": "object", "number": 0, "key": "visible", "value": False})
-    assert second.world is first.world is edits.world is not small_world
+    second.connection.open(lambda message, buffers: heard.append(message))
+    receive(first, {"type": "edit", "kind": "object", "number": 0, "key": "visible", "value": False})
+    assert second.view.world is first.view.world is edits.world is not small_world
     contents = [each for each in heard if each["type"] == "contents"][-1]
     assert contents["objects"][0] == {"name": "box", "visible": False}
     assert (contents["undo"], contents["redo"]) == (1, 0)
-    first.receive({"type": "undo"})
-    assert second.base is first.base is not small_world  # a copy, without the trees of pictures
-    assert second.base.to_bytes() == small_world.to_bytes()
-    first.receive({"type": "redo"})
-    assert not second.base.objects[0].visible
+    receive(first, {"type": "undo"})
+    assert second.view.base is first.view.base is not small_world  # a copy, without the trees of pictures
+    assert second.view.base.to_bytes() == small_world.to_bytes()
+    receive(first, {"type": "redo"})
+    assert not second.view.base.objects[0].visible
     with pytest.raises(raycam.WorldError, match="redo"):
-        first.receive({"type": "redo"})
+        receive(first, {"type": "redo"})
 
 
 def test_a_view_for_looking_refuses_edits(small_world: raycam.World) -> None:

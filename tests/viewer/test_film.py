@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,11 @@ import raycam
 from PIL import Image, ImageSequence
 from raycam.errors import Cancelled
 from raycam.viewer.answers import answer
+from raycam.viewer.client_messages import Film
 from raycam.viewer.files import film
 from raycam.viewer.files.outputs import film as saved
 from raycam.viewer.session import Session
+from support.session_messages import receive
 
 
 def test_a_turntable_goes_around_and_comes_back(
@@ -22,8 +25,8 @@ def test_a_turntable_goes_around_and_comes_back(
 ) -> None:
     monkeypatch.setattr(film, "has_av", lambda: False)
     session = Session(small_world, small_world.camera("front"), title="small.toml")
-    session.send = lambda message, buffers: None
-    session.pivot = np.zeros(3)
+    session.connection.open(lambda message, buffers: None)
+    session.show(replace(session.view, pivot=np.zeros(3)))
     name, media, data = saved(session, 0.7, 360)
     assert (name, media) == ("small_turntable.gif", "image/gif")
     frames = [
@@ -53,10 +56,10 @@ def test_it_is_stopped_and_says_so(small_world: raycam.World) -> None:
     def hear(message: dict[str, Any], buffers: object) -> None:
         heard.append(message)
         if message["type"] == "filming":
-            session.receive({"type": "stop"})
+            receive(session, {"type": "stop"})
 
-    session.send = hear
-    answer(session, {"type": "film", "seconds": 20, "degrees": 360})
+    session.connection.open(hear)
+    answer(session, Film(20, 360))
     assert [each["type"] for each in heard] == ["filming", "filming", "notice"]
     assert heard[0]["total"] == 480
     assert heard[1]["total"] == 0
@@ -84,7 +87,7 @@ def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
     rides = world.camera("rides")
     free = rides.at_pose(rides.R, [0, -5, 0])
     session = Session(world, rides if named else free, title="moving.toml")
-    session.send = lambda message, buffers: None
+    session.connection.open(lambda message, buffers: None)
     name, media, data = saved(session, 60, 0)
     assert (name, media) == ("moving_animation.mp4", "video/mp4")
     with av.open(io.BytesIO(data)) as film_:
@@ -100,6 +103,6 @@ def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
 
 def test_a_world_that_stands_still_has_no_film_of_its_own(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
-    session.send = lambda message, buffers: None
+    session.connection.open(lambda message, buffers: None)
     with pytest.raises(raycam.SettingsError, match="nothing moves in this world"):
         saved(session, 1, 0)

@@ -91,7 +91,7 @@ def hostile(server: Server, chance: random.Random) -> bytes:
     two = f"{own}\r\nHost: evil.example"
     talk = json.dumps(
         {
-            "type": chance.choice(["nav", "edit", "undo", "x", "hello", "camera"]),
+            "type": chance.choice(["move", "edit", "undo", "x", "hello", "camera"]),
             "number": 0,
             "key": "visible",
         }
@@ -150,7 +150,7 @@ def test_hostile_requests_get_nothing_and_change_nothing(
 ) -> None:
     client.hear("picture", samples=16)
     session = server.sessions[client.welcome["session"]]
-    version, world = session.version, session.base
+    version, world = session.images.version, session.view.base
     chance = random.Random(count)
     for number in range(count):
         request = hostile(server, chance)
@@ -183,9 +183,9 @@ def test_hostile_requests_get_nothing_and_change_nothing(
             b"<script",
         )
         assert not any(word in said for word in secret), (number, request, said[:200])
-    assert list(server.sessions) == [session.id]
-    assert session.version == version
-    assert session.base is world is small_world
+    assert list(server.sessions) == [session.connection.id]
+    assert session.images.version == version
+    assert session.view.base is world is small_world
     client.say("probe", id=5, u=24, v=16)
     assert client.hear("values", id=5)[0]["values"]["instance"]["name"] == "box"
     other = Client(open_socket())

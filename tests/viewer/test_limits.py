@@ -15,10 +15,11 @@ from typing import Any
 import pytest
 import raycam
 from raycam.viewer import server as serving
+from raycam.viewer.client_messages import MAX_IMAGE_SIZE
 from raycam.viewer.files.uploads import Uploads
-from raycam.viewer.messages import LONGEST, MESSAGES, WIDEST
+from raycam.viewer.messages import CHECKS, MAX_MESSAGE_BYTES
 from raycam.viewer.server import Server
-from raycam.viewer.session import LARGEST, Session
+from raycam.viewer.session import MAX_STILL_SIZE, Session
 from support.patience import PATIENCE, until
 from support.viewer_client import Client
 from websockets.exceptions import ConnectionClosed
@@ -46,9 +47,14 @@ def parts_of(server: Server) -> dict[str, Any]:
 
 
 def test_limits_are_those_of_the_design() -> None:
-    assert (LONGEST, serving.QUEUED_IN, serving.MOST_CONNECTIONS, serving.MOST_SESSIONS) == (65536, 8, 32, 8)
+    assert (MAX_MESSAGE_BYTES, serving.QUEUED_IN, serving.MOST_CONNECTIONS, serving.MOST_SESSIONS) == (
+        65536,
+        8,
+        32,
+        8,
+    )
     assert (serving.HANDSHAKE_TIME, serving.MOST_PROBES, serving.KEPT) == (5, 60, 600)
-    assert LARGEST <= WIDEST == (1920, 1080)
+    assert MAX_STILL_SIZE <= MAX_IMAGE_SIZE == (1920, 1080)
 
 
 @pytest.fixture
@@ -89,7 +95,7 @@ def test_probes_beyond_sixty_a_second_are_left_out(
 ) -> None:
     client.hear("picture", samples=16)
     answered: list[int] = []
-    monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message["id"]))
+    monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message.id))
     now = time.monotonic()
     monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # it stands still
     for id in range(300):
@@ -110,7 +116,7 @@ def test_a_session_is_kept_for_a_while_and_no_longer(
     def left(kept: float) -> str:
         gone = Client(open_socket())
         gone.socket.close()
-        until(lambda: not server.sessions[gone.welcome["session"]].send)
+        until(lambda: not server.sessions[gone.welcome["session"]].connection.is_open)
         monkeypatch.setattr(serving, "KEPT", kept)
         return str(gone.welcome["session"])
 
@@ -126,10 +132,10 @@ def test_sizes_that_a_client_asks_for_are_limited(client: Client, server: Server
     client.say("size", width=10000, height=10000, ratio=1)
     client.say("copy", format="toml")
     client.hear("copied")
-    assert all(mine <= most for mine, most in zip(session.size, LARGEST, strict=True))
+    assert all(mine <= most for mine, most in zip(session.view.size, MAX_STILL_SIZE, strict=True))
     client.say("size", width=10001, height=1, ratio=1)
     assert "out of range" in client.hear("error")[0]["text"]
-    assert not MESSAGES["probe"]["u"](WIDEST[0])
+    assert not CHECKS["probe"]["u"](MAX_IMAGE_SIZE[0])
 
 
 def test_an_opened_file_is_shown_to_its_client_alone(
@@ -141,11 +147,11 @@ def test_an_opened_file_is_shown_to_its_client_alone(
     first.say("open", name="a.obj")
     assert first.hear("welcome")[0]["title"] == "a.obj"
     sessions = [opening.sessions[each.welcome["session"]] for each in (first, second)]
-    assert sessions[0].base.counts["triangles"] == 1
-    assert sessions[1].base is small_world
+    assert sessions[0].view.base.counts["triangles"] == 1
+    assert sessions[1].view.base is small_world
     first.say("edit", kind="object", number=0, key="color", value="#00ff00")
     first.hear("contents", undo=1)
-    assert sessions[1].base is small_world
+    assert sessions[1].view.base is small_world
     first.say("open", name="../a.obj")
     assert "names have letters" in first.hear("error")[0]["text"]
 
@@ -160,7 +166,7 @@ def test_the_folder_of_uploads_is_the_users_alone() -> None:
 def test_a_thousand_junk_connections_leave_a_page(server: Server) -> None:
     for number in range(1000):
         with socket.create_connection(server.address) as made:
-            made.sendall(json.dumps({"type": "nav", "number": number}).encode() + b"\r\n\r\n")
+            made.sendall(json.dumps({"type": "move", "number": number}).encode() + b"\r\n\r\n")
     until(lambda: page(server).startswith(b"HTTP/1.1 200"))  # as many as there may be are being closed still
     assert not server.sessions
 

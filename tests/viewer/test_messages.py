@@ -10,12 +10,23 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from raycam.viewer.messages import MESSAGES, BadMessage, message_of, packed
+from raycam.viewer import message_types
+from raycam.viewer.client_messages import MESSAGES
+from raycam.viewer.messages import BadMessage, field_types, packed, parse_message
 
 GOOD: dict[str, dict[str, Any]] = {
     "hello": {"width": 640, "height": 480, "ratio": 1.5, "session": ""},
     "size": {"width": 1, "height": 10000, "ratio": 2},
-    "nav": {"seq": 0, "kind": "orbit", "dx": 1.5, "dy": -2, "dz": 0, "u": 3.25, "v": -4},
+    "move": {
+        "seq": 0,
+        "R": [1, 0, 0, 0, 1, 0, 0, 0, 1],
+        "C": [1, -2.5, 3],
+        "fx": 500.5,
+        "pivot": [0, 0, 0.5],
+    },
+    "home": {"seq": 2},
+    "locate": {"id": 3, "u": 3.25, "v": -4},
+    "ground": {"id": 4, "begin": [0, 0, 1], "end": [0, 1, 1.5], "foot": 0.05},
     "camera": {"name": "front"},
     "time": {"t": 0.5, "animation": ""},
     "variant": {"name": "red"},
@@ -57,7 +68,9 @@ WRONG: list[Any] = [
 ]
 PATH = WRONG[-1]
 TAKEN = {
-    **{("nav", field): (1.5, -1) for field in ("dx", "dy", "dz", "u", "v")},
+    **{("locate", field): (1.5, -1) for field in ("u", "v")},
+    ("move", "fx"): (1.5,),
+    ("ground", "foot"): (1.5,),
     **{(kind, "ratio"): (1.5,) for kind in ("hello", "size")},
     ("display", "exposure"): (1.5, -1),
     ("time", "t"): (1.5,),
@@ -70,14 +83,14 @@ TAKEN = {
     ("film", "seconds"): (1.5,),
     ("upload", "data"): ("x" * 2000,),  # is base64
     ("film", "degrees"): (1.5, -1),
-    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused where it is used
+    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when it is used
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
     ("camera", "name"): (PATH,),  # a name that no camera has
     ("hello", "session"): (PATH,),  # a session that is not there
 }
 """Which of these values a field may have."""
-CASES = [(kind, field) for kind, fields in MESSAGES.items() for field in fields]
+CASES = [(kind, field) for kind, made in MESSAGES.items() for field in field_types(made)]
 
 
 def said(message: str, /, **changed: Any) -> str:
@@ -90,37 +103,50 @@ def test_each_message_has_an_example() -> None:
 
 @pytest.mark.parametrize("kind", MESSAGES)
 def test_good_messages_are_taken(kind: str) -> None:
-    assert message_of(said(kind)) == {"type": kind, **GOOD[kind]}
+    assert parse_message(said(kind)) == MESSAGES[kind](**GOOD[kind])
 
 
 @pytest.mark.parametrize("kind", MESSAGES)
 def test_missing_and_strange_fields_are_refused(kind: str) -> None:
-    with pytest.raises(BadMessage, match="has the fields"):
-        message_of(said(kind, more=1))
-    for field in MESSAGES[kind]:
+    with pytest.raises(BadMessage, match="expected the fields"):
+        parse_message(said(kind, more=1))
+    for field in GOOD[kind]:
         short = {"type": kind, **GOOD[kind]}
         del short[field]
-        with pytest.raises(BadMessage, match="has the fields"):
-            message_of(json.dumps(short))
+        with pytest.raises(BadMessage, match="expected the fields"):
+            parse_message(json.dumps(short))
 
 
 @pytest.mark.parametrize(("kind", "field"), CASES)
 @pytest.mark.parametrize("value", WRONG, ids=repr)
 def test_values_out_of_type_and_range_are_refused(kind: str, field: str, value: Any) -> None:
     if any(type(value) is type(each) and value == each for each in TAKEN.get((kind, field), ())):
-        assert message_of(said(kind, **{field: value}))[field] == value
+        assert getattr(parse_message(said(kind, **{field: value})), field) == value
         return
     with pytest.raises(BadMessage):
-        message_of(said(kind, **{field: value}))
+        parse_message(said(kind, **{field: value}))
 
 
 @pytest.mark.parametrize(
     "data",
-    [b"{}", "", "{", "[]", "null", "1", '"nav"', "{}", '{"type": 1}', '{"type": "exec"}', "[" * 60000, "NaN"],
+    [
+        b"{}",
+        "",
+        "{",
+        "[]",
+        "null",
+        "1",
+        '"move"',
+        "{}",
+        '{"type": 1}',
+        '{"type": "exec"}',
+        "[" * 60000,
+        "NaN",
+    ],
 )
 def test_junk_is_refused(data: str | bytes) -> None:
     with pytest.raises(BadMessage):
-        message_of(data)
+        parse_message(data)
 
 
 JSON = st.recursive(
@@ -137,13 +163,13 @@ JSON = st.recursive(
 def test_any_json_is_taken_or_refused(value: Any, kind: str) -> None:
     for each in (value, {**value, "type": kind} if isinstance(value, dict) else value):
         with contextlib.suppress(BadMessage):
-            assert message_of(json.dumps(each))["type"] in MESSAGES
+            assert type(parse_message(json.dumps(each))) in MESSAGES.values()
 
 
 @given(st.text())
 def test_any_text_is_taken_or_refused(text: str) -> None:
     with pytest.raises(BadMessage):
-        message_of(text)
+        parse_message(text)
 
 
 def test_buffers_follow_the_text_at_a_multiple_of_four() -> None:
@@ -154,3 +180,13 @@ def test_buffers_follow_the_text_at_a_multiple_of_four() -> None:
     start = 4 + length + (-length % 4)
     assert start % 4 == 0
     assert data[start:] == b"abcdefg"
+
+
+def test_typescript_types_are_up_to_date() -> None:
+    text = message_types.PATH.read_text(encoding="utf-8")
+    assert text == message_types.typescript(), "run: python -m raycam.viewer.message_types"
+
+
+def test_huge_integers_are_refused() -> None:
+    with pytest.raises(BadMessage):
+        parse_message('{"type": "time", "t": 1' + "0" * 400 + ', "animation": ""}')

@@ -6,6 +6,7 @@ import pytest
 import raycam
 from raycam.viewer.files.outputs import _stem, snapshot
 from raycam.viewer.session import Session
+from support.session_messages import receive
 
 
 def test_there_is_none_before_a_picture_rests(small_world: raycam.World) -> None:
@@ -16,9 +17,11 @@ def test_there_is_none_before_a_picture_rests(small_world: raycam.World) -> None
 
 def test_a_png_is_that_of_the_frame(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="a room.toml", samples=4)
-    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
-    session.exposure, session.view = 1.0, "agx"
-    session.still = session.start_refinement().refine(raycam.Cancel())
+    receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
+    receive(session, {"type": "display", "exposure": 1.0, "view": "agx"})
+    frame = session.images.refinement_of(session.view).refine(raycam.Cancel())
+    assert frame is not None
+    session.images.keep_still(session.images.version, frame)
     name, media, data = snapshot(session, "png")
     assert (name, media) == ("a_room.png", "image/png")
     expected = raycam.render(small_world, small_world.camera("front"), samples=4, exposure=1.0, view="agx")

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import raycam
 from raycam.explanation.scene_figure import Line
-from raycam.viewer.scene.overlay import MOST_CAMERAS, frusta, grid, polylines
+from raycam.viewer.scene.overlay import MAX_CAMERAS, frusta, grid, polylines
 from raycam.viewer.session import Session
+from support.session_messages import receive
 
 
 def test_a_frustum_ends_where_its_corners_project(small_world: raycam.World) -> None:
@@ -39,9 +40,9 @@ def test_lines_are_cut_where_the_camera_has_no_image(model: str) -> None:
 
 def test_the_picture_carries_them_when_asked(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
-    assert session.overlay(session.camera) == []
-    session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
-    assert [each["name"] for each in session.overlay(session.camera)] in ([], ["side"])
+    assert session.overlay(session.view) == []
+    receive(session, {"type": "overlay", "cameras": True, "explained": True, "grid": False})
+    assert [each["name"] for each in session.overlay(session.view)] in ([], ["side"])
 
 
 @pytest.mark.parametrize("up", ["y", "z"])
@@ -80,29 +81,32 @@ def test_the_grid_of_a_world_far_away_has_its_axes_there() -> None:
 def test_cameras_that_are_not_drawn_are_told() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
-    for i in range(MOST_CAMERAS + 1):
+    for i in range(MAX_CAMERAS + 1):
         world.add_camera(raycam.Camera.look_at([4, i, 2], [0, 0, 0], size=(48, 32), fov=40), f"c{i}")
     session = Session(world, world.default_camera())
     said: list[dict[str, Any]] = []
-    session.send = lambda message, buffers: said.append(message)
+    session.connection.open(lambda message, buffers: said.append(message))
     for _ in range(2):
-        session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
+        receive(session, {"type": "overlay", "cameras": True, "explained": True, "grid": False})
     notices = [each["text"] for each in said if each["type"] == "notice"]
-    assert notices == [f"The first {MOST_CAMERAS} of {MOST_CAMERAS + 1} cameras are drawn."]
+    assert [str(MAX_CAMERAS) in each for each in notices] == [True]
 
 
 def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
-    session.show_lines([Line("sun 0", "#e0a800", np.array([[0.5, 0, 0], [0.5, 0, 1.0]]))])
+    session.show_rays([Line("sun 0", "#e0a800", np.array([[0.5, 0, 0], [0.5, 0, 1.0]]))], session.view.world)
     for name in ("front", "side"):
-        session.receive({"type": "camera", "name": name})
-        (line,) = session.overlay(session.camera)
-        ends = session.camera.project([[0.5, 0, 0], [0.5, 0, 1.0]])[0] - session.camera.corner
+        receive(session, {"type": "camera", "name": name})
+        (line,) = session.overlay(session.view)
+        ends = (
+            session.view.still_camera.project([[0.5, 0, 0], [0.5, 0, 1.0]])[0]
+            - session.view.still_camera.corner
+        )
         found = np.array(line["lines"][0])
         assert np.allclose(found[[0, -1]], ends, atol=0.06)
         assert (line["name"], line["color"]) == ("sun 0", "#e0a800")
-    session.receive({"type": "overlay", "cameras": False, "explained": False, "grid": False})
-    assert session.overlay(session.camera) == []
+    receive(session, {"type": "overlay", "cameras": False, "explained": False, "grid": False})
+    assert session.overlay(session.view) == []
 
 
 def test_cameras_are_drawn_where_the_video_has_them() -> None:
@@ -111,10 +115,10 @@ def test_cameras_are_drawn_where_the_video_has_them() -> None:
     world.add_camera(raycam.Camera.look_at([3, 0, 1], [0, 0, 0], size=(48, 32), fov=40), "turning")
     world.set_video(fps=10, seconds=2, orbit={"target": [0, 0, 0]})
     session = Session(world, raycam.Camera.look_at([9, -9, 9], [0, 0, 0], size=(480, 320), fov=60))
-    session.receive({"type": "overlay", "cameras": True, "explained": True, "grid": False})
-    session.receive({"type": "time", "t": 1.0, "animation": ""})
-    (drawn,) = session.overlay(session.camera)
+    receive(session, {"type": "overlay", "cameras": True, "explained": True, "grid": False})
+    receive(session, {"type": "time", "t": 1.0, "animation": ""})
+    (drawn,) = session.overlay(session.view)
     place = world.camera_at(world.camera("turning"), 1.0).location
     assert np.allclose(place, [-3, 0, 1])
-    expected = session.camera.project(place)[0] - session.camera.corner
+    expected = session.view.still_camera.project(place)[0] - session.view.still_camera.corner
     assert np.allclose(drawn["lines"][1][0], expected, atol=0.06)

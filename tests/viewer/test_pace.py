@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from raycam.viewer.pace import TARGET, Pace
+from raycam.viewer.session.pace import TARGET, Pace
 
 STILL = (640, 480)
 

@@ -18,8 +18,14 @@ def test_values_of_a_miss_are_numbers_that_json_lacks(small_world: raycam.World)
 def test_points_are_those_of_position(small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     seen = raycam.render(small_world, camera, channels=["position"], samples=1)
-    assert np.allclose(probe.point_at(small_world, camera, 24.5, 16.5), seen["position"][16, 24], atol=1e-9)
-    assert probe.point_at(small_world, camera, 0.5, 0.5) is None
+    found = probe.locate(small_world, camera, 24.5, 16.5)
+    assert np.allclose(found["point"], seen["position"][16, 24], atol=1e-9)
+    assert np.allclose(found["bounds"], [[-0.5] * 3, [0.5] * 3])
+    along = np.subtract(found["point"], found["origin"])
+    assert np.allclose(along / np.linalg.norm(along), found["direction"])
+    missed = probe.locate(small_world, camera, 0.5, 0.5)
+    assert (missed["point"], missed["bounds"]) == (None, None)
+    assert np.allclose(missed["direction"], camera.rays([0, 0])[1], atol=1e-9)
 
 
 @pytest.mark.parametrize("pixel", [(24, 16), (40, 20), (3, 29)])

@@ -7,16 +7,19 @@ import time
 import pytest
 import raycam
 from raycam.render.channel_picture import encode_jpeg
-from raycam.viewer.scheduler import IN_FLIGHT, REST, Scheduler
+from raycam.viewer.scheduler import REST_S, Scheduler
 from raycam.viewer.session import Session
+from raycam.viewer.session.connection import MAX_UNACKNOWLEDGED
 from support.patience import PATIENCE
+from support.session_messages import receive
 
 
 def ready(world: raycam.World, touched: float = 0.0) -> Session:
     session = Session(world, world.camera("front"), samples=16)
-    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
-    session.send = lambda message, buffers: None
-    session.moved, session.touched = session.version, touched
+    receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.connection.open(lambda message, buffers: None)
+    session.images.mark_moved(session.images.version)
+    session.images.touched = touched
     return session
 
 
@@ -27,15 +30,15 @@ def step(scheduler: Scheduler) -> Session | None:
         return None
     session, work = found
     work()
-    session.acknowledged = session.sent
+    session.connection.acknowledge(session.connection.sent)
     return session
 
 
 def test_moving_comes_before_resting_and_the_oldest_first(small_world: raycam.World) -> None:
     rests, late, early = (ready(small_world) for _ in range(3))  # rests has work too
-    early.changed()
-    late.changed()
-    late.touched = early.touched + 1e-3
+    early.images.restart()
+    late.images.restart()
+    late.images.touched = early.images.touched + 1e-3
     scheduler = Scheduler(lambda: [rests, late, early])
     assert [step(scheduler) for _ in range(2)] == [early, late]
 
@@ -45,7 +48,7 @@ def test_a_view_rests_for_a_while_before_it_is_refined(small_world: raycam.World
         small_world, time.monotonic() + PATIENCE
     )  # touched after all that a busy machine may take
     assert Scheduler(lambda: [session])._next() is None
-    session.touched -= PATIENCE + REST
+    session.images.touched -= PATIENCE + REST_S
     assert Scheduler(lambda: [session])._next() is not None
 
 
@@ -54,8 +57,8 @@ def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> 
     scheduler = Scheduler(lambda: [session])
     while step(scheduler):
         pass
-    assert session.start_refinement().samples == 16
-    assert session.sent >= 1
+    assert session.images.refinement_of(session.view).samples == 16
+    assert session.connection.sent >= 1
 
 
 def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
@@ -65,9 +68,10 @@ def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
     with pytest.warns(raycam.Notice, match="no lights") as told:
         raycam.render(world, camera)
     session = Session(world, camera, samples=4)
-    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
-    session.moved, session.touched, heard = session.version, 0.0, []
-    session.send = lambda message, buffers: heard.append(message)
+    receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.images.mark_moved(session.images.version)
+    session.images.touched, heard = 0.0, []
+    session.connection.open(lambda message, buffers: heard.append(message))
     scheduler = Scheduler(lambda: [session])
     while step(scheduler):
         pass
@@ -78,9 +82,10 @@ def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
 
 def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) -> None:
     hidden, gone, behind = (ready(small_world) for _ in range(3))
-    hidden.visible = False
-    gone.send = None
-    behind.sent = IN_FLIGHT
+    hidden.connection.set_visible(False)
+    gone.connection.close()
+    for _ in range(MAX_UNACKNOWLEDGED):
+        behind.connection.number_image()
     assert Scheduler(lambda: [hidden, gone, behind])._next() is None
 
 
@@ -88,12 +93,12 @@ def test_a_change_ends_a_picture(small_world: raycam.World) -> None:
     session = ready(small_world)
     found = Scheduler(lambda: [session])._next()
     assert found is not None
-    before = session.cancel
-    session.changed()
+    before = session.images.cancel
+    session.images.restart()
     assert before.is_cancelled
-    assert not session.cancel.is_cancelled
-    session.moved = session.version
-    session.cancel.cancel()
+    assert not session.images.cancel.is_cancelled
+    session.images.mark_moved(session.images.version)
+    session.images.cancel.cancel()
     with pytest.raises(raycam.Cancelled):
         found[1]()
 
@@ -101,12 +106,14 @@ def test_a_change_ends_a_picture(small_world: raycam.World) -> None:
 def test_channels_are_shown_from_what_is_there(small_world: raycam.World) -> None:
     session = ready(small_world)
     heard: list[tuple[str, int]] = []
-    session.send = lambda message, buffers: (
-        heard.append((message["channel"], message["samples"])) if message["type"] == "picture" else None
+    session.connection.open(
+        lambda message, buffers: (
+            heard.append((message["channel"], message["samples"])) if message["type"] == "picture" else None
+        )
     )
     scheduler = Scheduler(lambda: [session])
     for channel in ("color", "depth", "alpha", "color"):
-        session.receive({"type": "channel", "name": channel})
+        receive(session, {"type": "channel", "name": channel})
         while step(scheduler):
             pass
     assert heard[-4:] == [("color", 16), ("depth", 1), ("alpha", 16), ("color", 16)]
@@ -116,7 +123,7 @@ def test_errors_are_told_and_the_thread_goes_on(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session, heard = ready(small_world), []
-    session.send = lambda message, buffers: heard.append(message)
+    session.connection.open(lambda message, buffers: heard.append(message))
     scheduler = Scheduler(lambda: [session])
 
     def fail(session: Session) -> None:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import raycam
+from raycam.viewer.client_messages import Gizmo
 from raycam.viewer.scene.edits import Edits
 from raycam.viewer.scene.selection import Selection
 
 
-def said(stroke: int, end: list[float], handle: str = "all") -> dict[str, Any]:
-    return {"handle": handle, "stroke": stroke, "begin": [24.0, 16.0], "end": end}
+def said(stroke: int, end: list[float], handle: str = "all") -> Gizmo:
+    return Gizmo(handle, stroke, [24.0, 16.0], end)
 
 
 def test_a_drag_is_one_step_of_undo(small_world: raycam.World) -> None:

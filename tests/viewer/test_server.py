@@ -19,12 +19,14 @@ import numpy as np
 import pytest
 import raycam
 from raycam.render.frame import CHANNELS
+from raycam.viewer import answers
 from raycam.viewer import scheduler as scheduling
 from raycam.viewer import server as serving
 from raycam.viewer.server import MOST_CONNECTIONS, MOST_SESSIONS, PORTS, Server
 from raycam.viewer.session import Session
 from raycam.viewer.wire import unpack
 from support.patience import PATIENCE, until
+from support.session_messages import orbited
 from support.viewer_client import SPACE, Client
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import ClientConnection
@@ -194,7 +196,7 @@ def test_the_first_message_is_hello(server: Server, open_socket: Open, first: st
 
 def test_three_messages_that_are_none_end_a_client_and_no_other(client: Client, open_socket: Open) -> None:
     bad = Client(open_socket())
-    for junk in ("junk", json.dumps({"type": "nav"}), json.dumps({"type": "hello", "session": "", **SPACE})):
+    for junk in ("junk", json.dumps({"type": "move"}), json.dumps({"type": "hello", "session": "", **SPACE})):
         bad.socket.send(junk)
     assert_ended(bad)
     client.say("probe", id=1, u=1, v=1)
@@ -220,7 +222,7 @@ def test_there_are_so_many_sessions_and_no_more(server: Server, open_socket: Ope
 def test_a_client_that_left_makes_room(server: Server, open_socket: Open) -> None:
     clients = [Client(open_socket()) for _ in range(MOST_SESSIONS)]
     clients[3].socket.close()
-    until(lambda: not all(each.send for each in server.sessions.values()))
+    until(lambda: not all(each.connection.is_open for each in server.sessions.values()))
     left = clients[3].welcome["session"]
     assert Client(open_socket()).welcome["session"] not in {each.welcome["session"] for each in clients}
     assert left not in server.sessions
@@ -242,7 +244,7 @@ def test_nothing_a_client_says_reaches_the_disk(client: Client, monkeypatch: pyt
             patched.setattr(module, "open", recorded(module.open))
         for name in ("../../etc/passwd", "/etc/passwd", "\0", "front/../../x"):
             client.say("camera", name=name)
-            assert "no camera" in client.hear("error")[0]["text"]
+            assert "unknown camera" in client.hear("error")[0]["text"]
         for format in ("png", "npz", "html"):
             client.say("snapshot", format=format)
             assert client.hear("file")[1][0]
@@ -252,9 +254,9 @@ def test_nothing_a_client_says_reaches_the_disk(client: Client, monkeypatch: pyt
 
 def test_random_messages_change_nothing_of_others(server: Server, client: Client, open_socket: Open) -> None:
     client.hear("picture", samples=16)
-    before = server.sessions[client.welcome["session"]].version
+    before = server.sessions[client.welcome["session"]].images.version
     chance = random.Random(7)
-    words = [None, True, -1, 1e300, "depth", "", [], {}, "nav", 2**70]
+    words = [None, True, -1, 1e300, "depth", "", [], {}, "move", 2**70]
     for _ in range(15):
         bad = Client(open_socket())
         try:
@@ -269,7 +271,7 @@ def test_random_messages_change_nothing_of_others(server: Server, client: Client
         except (ConnectionClosed, TimeoutError):
             pass
         bad.socket.close()
-    assert server.sessions[client.welcome["session"]].version == before
+    assert server.sessions[client.welcome["session"]].images.version == before
     assert get(server, "/")[0] == 200
 
 
@@ -312,11 +314,11 @@ def test_clients_that_follow_look_through_one_camera(server: Server, open_socket
     server._follow = True
     first, second = (Client(open_socket()) for _ in range(2))
     first.say("camera", name="side")
-    second.hear("about", camera="side")
-    assert [each.name for each in server.sessions.values()] == ["side", "side"]
-    second.say("nav", seq=1, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
-    first.hear("about", camera="")
-    cameras = [each.given for each in server.sessions.values()]
+    second.hear("camera", name="side")
+    assert [each.view.camera_name for each in server.sessions.values()] == ["side", "side"]
+    second.socket.send(json.dumps(orbited(second.welcome["camera"], 3)))
+    first.hear("camera", name="")
+    cameras = [each.view.camera for each in server.sessions.values()]
     assert cameras[0] == cameras[1]
 
 
@@ -338,7 +340,7 @@ def test_probes_tell_the_numbers_of_the_picture(client: Client, small_world: ray
 
 def test_pictures_never_go_back_to_an_older_view(client: Client) -> None:
     for step in range(30):
-        client.say("nav", seq=step, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
+        client.socket.send(json.dumps(orbited(client.welcome["camera"], step + 1)))
     client.hear("picture", samples=16)
     versions = [message["version"] for message, _ in client.pictures]
     assert versions == sorted(versions)
@@ -349,30 +351,30 @@ def test_two_pictures_are_under_way_at_most(server: Server, open_socket: Open) -
     lazy = Client(open_socket())
     lazy.say = lambda kind, /, **fields: None if kind == "ack" else Client.say(lazy, kind, **fields)  # type: ignore[method-assign]
     for step in range(10):
-        Client.say(lazy, "nav", seq=step, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
+        lazy.socket.send(json.dumps(orbited(lazy.welcome["camera"], step + 1)))
         time.sleep(0.05)
     session = server.sessions[lazy.welcome["session"]]
-    assert session.sent - session.acknowledged <= 2
+    assert session.connection.sent - session.connection.acknowledged <= 2
 
 
 def test_each_client_has_its_own_camera(server: Server, client: Client, open_socket: Open) -> None:
     other = Client(open_socket())
     other.say("camera", name="side")
     other.hear("picture", samples=16)
-    one, two = (server.sessions[each.welcome["session"]].given for each in (client, other))
+    one, two = (server.sessions[each.welcome["session"]].view.camera for each in (client, other))
     assert np.allclose(one.C, [4, -3, 2])
     assert np.allclose(two.C, [-4, -3, 2])
 
 
 def test_a_client_that_comes_back_finds_its_view(server: Server, client: Client, open_socket: Open) -> None:
-    client.say("nav", seq=1, kind="orbit", dx=100, dy=0, dz=0, u=24, v=16)
+    client.socket.send(json.dumps(orbited(client.welcome["camera"], 35)))
     client.hear("picture", samples=16)
-    moved = server.sessions[client.welcome["session"]].given
+    moved = server.sessions[client.welcome["session"]].view.camera
     client.socket.close()
-    until(lambda: not server.sessions[client.welcome["session"]].send)
+    until(lambda: not server.sessions[client.welcome["session"]].connection.is_open)
     back = Client(open_socket(), client.welcome["session"])
     assert back.welcome["session"] == client.welcome["session"]
-    assert server.sessions[back.welcome["session"]].given == moved
+    assert server.sessions[back.welcome["session"]].view.camera == moved
     assert back.hear("picture", moving=False)[0]["samples"] == 16
 
 
@@ -387,7 +389,7 @@ def test_pixels_are_explained_and_cameras_copied(client: Client, small_world: ra
     camera = small_world.camera("front")
     assert explained["text"] == str(raycam.explain(small_world, camera, (24, 16)))
     client.say("explain", id=2, u=1000, v=16)
-    assert "not in the picture" in client.hear("error")[0]["text"]
+    assert "pixel 1000, 16" in client.hear("error")[0]["text"]
     client.say("copy", format="python")
     names: dict[str, Any] = {"raycam": raycam}
     exec(client.hear("copied")[0]["text"], names)
@@ -418,7 +420,9 @@ def test_cameras_are_copied_for_opencv_and_colmap(
 
 def test_a_camera_that_a_format_does_not_hold_is_said(client: Client, server: Server) -> None:
     (session,) = server.sessions.values()
-    session.given = session.given.replace(distortion=[], model="equirectangular")
+    session.show(
+        session.view.with_camera(session.view.camera.replace(distortion=[], model="equirectangular"))
+    )
     client.say("copy", format="colmap")
     assert "equirectangular" in client.hear("error")[0]["text"]
 
@@ -505,18 +509,18 @@ def test_a_fault_of_ours_is_told_and_the_view_goes_on(
     def fail(*given: object, **settings: object) -> str:
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr(Session, "copied", fail)
+    monkeypatch.setattr(answers, "copied", fail)
     client.say("copy", format="python")
     assert "ZeroDivisionError: oh" in client.hear("error")[0]["text"]
     monkeypatch.undo()
     client.say("copy", format="python")
     assert "raycam.Camera" in client.hear("copied")[0]["text"]
     monkeypatch.setattr(scheduling, "render", fail)
-    session.changed()
+    session.images.restart()
     server.scheduler.wake()
-    assert "raycam failed at this" in client.hear("error")[0]["text"]
+    assert "ZeroDivisionError: oh" in client.hear("error")[0]["text"]
     monkeypatch.undo()
-    session.changed()
+    session.images.restart()
     server.scheduler.wake()
     assert client.hear("picture")
     assert "ZeroDivisionError" in capsys.readouterr().err

@@ -17,6 +17,7 @@ from raycam import cli
 from raycam.viewer import viewer as viewing
 from raycam.viewer.viewer import Viewer
 from support.patience import PATIENCE
+from support.session_messages import receive
 
 
 @pytest.fixture
@@ -154,7 +155,7 @@ def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:
     with raycam.view(small_world, size=(30, 20), block=False, browser=False, port=0) as viewer:
         assert viewer.camera == small_world.default_camera().resized((30, 20))
         session = viewer._session()
-        session.receive({"type": "size", "width": 900, "height": 700, "ratio": 2})
-        assert session.size == session.camera.size == (30, 20)
-    with pytest.raises(raycam.SettingsError, match="at most 1920 x 1080 pixels, not 4000 x 3000"):
+        receive(session, {"type": "size", "width": 900, "height": 700, "ratio": 2})
+        assert session.view.size == session.view.still_camera.size == (30, 20)
+    with pytest.raises(raycam.SettingsError, match="4000 x 3000"):
         raycam.view(small_world, size=(4000, 3000), block=False, browser=False, port=0)

@@ -64,7 +64,7 @@ def test_two_places_that_show_it_have_a_camera_each(channel: Channel) -> None:
     for view in ("a", "b"):
         channel.say(view, HELLO)
     channel.say("a", {"type": "camera", "name": "side"})
-    assert [channel.views.sessions[view].name for view in ("a", "b")] == ["side", "front"]
+    assert [channel.views.sessions[view].view.camera_name for view in ("a", "b")] == ["side", "front"]
     channel.say("a", None)
     assert list(channel.views.sessions) == ["b"]
 
@@ -72,10 +72,10 @@ def test_two_places_that_show_it_have_a_camera_each(channel: Channel) -> None:
 @pytest.mark.parametrize("junk", ["{", '{"type": "open"}', '{"type": "ack", "picture": -1}', "[]", 7])
 def test_junk_is_answered_by_an_error(channel: Channel, junk: Any) -> None:
     channel.say("a", HELLO)
-    before = channel.views.sessions["a"].given
+    before = channel.views.sessions["a"].view.camera
     channel.views.hear({"view": "a", "said": junk})
     channel.hear("a", "error")
-    assert channel.views.sessions["a"].given == before
+    assert channel.views.sessions["a"].view.camera == before
     for content in (
         None,
         {},

@@ -64,7 +64,7 @@ impl PooledArray {
     }
 
     /// True if nothing else references it, nor a view of it.
-    #[expect(deprecated, reason = "what is to acquire its place is unsafe")]
+    #[expect(deprecated, reason = "its replacement is unsafe")]
     fn is_unreferenced(&self, py: Python<'_>) -> bool {
         let holders = match self {
             Self::F32(array) => array.get_refcnt(py),

@@ -1,5 +1,6 @@
-//! A hundred meshes against float64 brute force: `brute [RAYS for each mesh, default 1e7] [--triangles 90] [--isa NAME]`.
-//! Prints what each kind of mesh gave, and every answer that is wrong beyond the tie band; fails if there is one.
+//! A hundred meshes against float64 brute force: `brute [RAYS for each mesh, default 1e7] [--triangles 90] [--isa
+//! NAME]`. Prints what each kind of mesh gave, and every answer that is wrong beyond the tie band; fails if there is
+//! one.
 
 #[path = "../tests/bvh/support/brute.rs"]
 mod brute;

@@ -5,7 +5,8 @@
 //! (origin, direction, t_max); the `.hits` beside it: f32 t and u32 triangle a ray, or 1 for an occluded shadow ray.
 //! A file whose name starts with `shadow` asks for any hit, every other for the nearest; `bounce` rays count as
 //! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` plays them on one thread and
-//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise. `--exact` asks for the float64 answers.
+//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise. `--exact` asks for the float64
+//! answers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -17,7 +18,7 @@ use raycam_bvh::{
     Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
-/// Counts what is allocated.
+/// Counts allocations.
 struct Counting;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
@@ -39,7 +40,7 @@ unsafe impl GlobalAlloc for Counting {
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as the caller vouches.
         let moved = unsafe { System.realloc(at, layout, size) };
-        // What changes its size where it stands is never there twice.
+        // Reallocation in place never needs both sizes at once.
         let twice = if moved == at { 0 } else { layout.size() };
         let held = HELD.fetch_add(size, Relaxed) + size - layout.size();
         HELD.fetch_sub(layout.size(), Relaxed);
@@ -51,7 +52,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Rays of a batch: as many as pictures and casts of rays ask for at a time.
+/// Rays per batch, as in images and ray queries.
 const BATCH: usize = 4096;
 
 struct Options {

@@ -14,7 +14,8 @@ impl Aabb {
     /// The bounds of a tree without triangles: the origin.
     pub const ORIGIN: Aabb = Aabb { lower: [0.0; 3], upper: [0.0; 3] };
 
-    /// The coordinate of a bounding plane, by its row in [`crate::node::WideNode::bounds`]: lower x, upper x, lower y, ...
+    /// The coordinate of a bounding plane, by its row in [`crate::node::WideNode::bounds`]: lower x, upper x, lower y,
+    /// ...
     #[inline(always)]
     pub fn plane(&self, row: usize) -> f32 {
         [&self.lower, &self.upper][row % 2][row / 2]

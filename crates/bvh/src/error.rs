@@ -1,6 +1,6 @@
 //! Errors of building a mesh or a scene.
 
-/// The reason a mesh or a scene could not be built.
+/// Error of building a mesh or a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BuildError {
     /// A triangle refers to a vertex that does not exist.
@@ -39,16 +39,16 @@ impl std::fmt::Display for BuildError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::IndexOutOfRange { triangle, index, vertices } => {
-                write!(f, "triangle {triangle} names vertex {index}, but there are {vertices} vertices")
+                write!(f, "triangle {triangle} refers to vertex {index}, but the mesh has {vertices} vertices")
             }
             Self::NonFinite { what } => write!(f, "{what} is NaN, infinite, or beyond 3.4e38"),
             Self::TooLarge { what, given, limit } => {
-                write!(f, "{given} {what} given, at most {limit} fit")
+                write!(f, "too many {what}: {given}, limit {limit}")
             }
             Self::TopologyMismatch { given, built } => write!(
                 f,
-                "a tree of {built} triangles cannot be refitted to {given} triangles, or not to ones of that size: \
-                 build it anew"
+                "a tree of {built} triangles cannot be refitted to a mesh of {given} triangles or of a very different size; \
+                 build a new tree"
             ),
         }
     }

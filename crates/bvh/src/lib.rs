@@ -1,8 +1,8 @@
 //! Ray tracing kernels: closest hits and occlusion of batches of rays against triangles, on the CPU.
 //!
-//! [`Bvh`] is a bottom-level BVH (BLAS) over one mesh. [`Scene`] is a top-level BVH (TLAS) over instances. A query traces a
-//! slice of rays on the calling thread. Hits depend neither on the batch, nor on threads, nor on the instruction set.
-//! This is the only crate with `unsafe` and SIMD; it knows no worlds, cameras or materials.
+//! [`Bvh`] is a bottom-level BVH (BLAS) over one mesh. [`Scene`] is a top-level BVH (TLAS) over instances. A query
+//! traces a slice of rays on the calling thread. Hits depend neither on the batch, nor on threads, nor on the
+//! instruction set. This is the only crate with `unsafe` and SIMD; it does not depend on worlds, cameras or materials.
 //!
 //! ```text
 //! src/
@@ -14,7 +14,8 @@
 //! ├── build/                     binned SAH over triangle pairs, in treelets, collapsed to eight children
 //! ├── blas/                      Bvh: build, refit, bounding boxes
 //! ├── scene/                     Scene: instances, re-braided TLAS, flattened scenes, queries
-//! └── traverse/                  ray streams, frustum packets, interleaved single rays, float64 hits, crossings, points
+//! └── traverse/                  ray streams, frustum packets, interleaved single rays, float64 hits, crossings,
+//! points
 //! ```
 //!
 //! A folder imports only folders above it in this list; `scene/query` stands on top of all.
@@ -33,7 +34,7 @@
 //! - Miri, over the partition of the builder, whose writes are not bounds-checked:
 //!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`.
 //!   Without the last word Miri runs whole builds of smaller meshes, for many minutes. rayon's queues break stacked
-//!   borrows, and its threads are never joined; hence the flags.
+//!   borrows, and its threads are never joined; which explains the flags.
 
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]

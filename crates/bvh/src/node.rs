@@ -10,7 +10,7 @@ use crate::aabb::Aabb;
 pub struct NodeRef(u32);
 
 impl NodeRef {
-    /// The bit that tells a leaf from an inner node.
+    /// The bit that distinguishes leaves from inner nodes.
     pub const LEAF_FLAG: u32 = 1 << 31;
 
     /// The root of an empty tree and the reference of an unused child. Its leaf flag is set.

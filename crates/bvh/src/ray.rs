@@ -93,8 +93,8 @@ pub struct ExactHit {
 }
 
 impl ExactRay {
-    /// The sign of d . (a - o) x (b - o) for the origin o, moved by an infinitesimal vector, and the direction d: the side on
-    /// which the line passes an edge. 0 only for an edge parallel to the ray.
+    /// The sign of d . (a - o) x (b - o) for the origin o, moved by an infinitesimal vector, and the direction d: the
+    /// side on which the line passes an edge. 0 only for an edge parallel to the ray.
     pub fn edge_side(&self, a: [f64; 3], b: [f64; 3]) -> i32 {
         RayPredicates { origin: self.origin, direction: self.direction }.moved_edge_sign(a, b)
     }
@@ -118,7 +118,7 @@ pub trait HitFilter {
     /// True if triangles of an instance may count.
     fn accepts_instance(&self, ray: usize, instance: u32) -> bool;
 
-    /// True if every hit of an accepted instance counts: [`HitFilter::accepts`] need not be asked.
+    /// True if every hit of an accepted instance counts, so that [`HitFilter::accepts`] need not be called.
     fn accepts_every_hit(&self) -> bool {
         false
     }

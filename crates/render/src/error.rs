@@ -7,10 +7,10 @@ use raycam_scene::{ErrorCode, Message, SceneError};
 /// expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// Settings, regions or arrays that no frame can be rendered from.
+    /// Invalid settings, regions or arrays.
     #[error("{0}")]
     Settings(Message),
-    /// A world whose parts do not fit together.
+    /// A world with inconsistent parts.
     #[error("{0}")]
     World(Message),
     /// Texture tiles that cannot be read back from the texture memory's file.
@@ -24,8 +24,8 @@ pub enum RenderError {
         /// The builder's error.
         source: BuildError,
     },
-    /// The picture does not fit into memory.
-    #[error("{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels")]
+    /// The image does not fit into memory.
+    #[error("{what} needs {bytes} bytes, the limit is {limit}; render it in regions or with fewer channels")]
     TooLarge {
         /// The object that was requested.
         what: String,
@@ -34,8 +34,10 @@ pub enum RenderError {
         /// The largest size allowed.
         limit: u64,
     },
-    /// The system does not give the memory.
-    #[error("{what} needs {bytes} bytes, more than the system gives this process; ask for less at a time")]
+    /// The system cannot provide the memory.
+    #[error(
+        "{what} needs {bytes} bytes, more than the system provides; render smaller regions or fewer channels at a time"
+    )]
     OutOfMemory {
         /// The thing that was requested.
         what: String,

@@ -20,11 +20,11 @@
 //! | `film` | channels, planes, tiles, estimators, display encoding |
 //! | `prepare` | world as described to world as traced |
 //! | `interaction` | position, normals, textures and vertex attributes at a hit |
-//! | `guiding` | caustic casters, caustic maps and guided directions |
 //! | `bsdf` | BSDFs, for one point and for batches |
 //! | `light` | lights, light tree, light samples |
 //! | `motion` | world states over the shutter |
 //! | `integrator` | path tracing, ambient occlusion, unlit colours |
+//! | `guiding` | path guiding: caustic casters, caustic maps, gaps; selected by `guiding_switch` |
 //! | `ground_truth` | exact rays through pixel centres and their channels |
 //! | `tile_renderer` | camera rays, shading and resolve of one tile |
 //! | `annotations` | flow, keypoints and amodal masks |
@@ -40,14 +40,15 @@
 //! * MIS, multiple importance sampling: one estimate from several sampling strategies, here by the balance heuristic
 //!   (E. Veach and L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995).
 //! * Next-event estimation (NEE): a light sample and a shadow ray at every path vertex.
-//! * Russian roulette: a path ends at random, and survivors are weighted by the inverse probability (J. Arvo and D. Kirk,
-//!   "Particle Transport and Image Synthesis", SIGGRAPH 1990).
+//! * Russian roulette: a path ends at random, and survivors are weighted by the inverse probability (J. Arvo and D.
+//!   Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990).
 //! * Wavefront: all paths of a batch advance by one bounce, stage by stage (S. Laine, T. Karras and T. Aila,
 //!   "Megakernels Considered Harmful", HPG 2013).
 //! * Caustic: light that a mirror or a lens focuses on another surface.
 
 #![forbid(unsafe_code)]
-// Loops over lanes read several arrays by one index; frames and batches of lanes are converted by reference or in place.
+// Loops over lanes read several arrays by one index; frames and batches of lanes are converted by reference or in
+// place.
 #![allow(clippy::needless_range_loop, clippy::wrong_self_convention)]
 
 pub mod annotations;
@@ -57,12 +58,14 @@ mod error;
 pub mod film;
 mod ground_truth;
 mod guiding;
+mod guiding_switch;
 mod integrator;
 mod interaction;
 mod light;
 mod lobes;
 mod memory;
 mod motion;
+mod path_guiding;
 mod prepare;
 mod progressive;
 pub mod queries;

@@ -1,4 +1,4 @@
-//! Memory that is asked for before it is allocated: an allocation that fails would end the process.
+//! Checks of available memory before allocations: a failed allocation would end the process.
 
 use crate::error::RenderError;
 
@@ -19,7 +19,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_than_there_is_is_refused_with_what_was_asked() {
+    fn allocations_beyond_memory_are_refused_with_their_size() {
         assert_eq!(check_memory(|| "little".into(), 1 << 24), Ok(()));
         for bytes in [1 << 62, u64::MAX] {
             let error = check_memory(|| "everything".into(), bytes).unwrap_err();

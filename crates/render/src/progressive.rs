@@ -13,14 +13,15 @@ use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::output_plane::OutputPlane;
 use crate::film::tile::Tile;
+use crate::guiding_switch::install_guiding;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others: what
-/// was added before then starts anew, so it is little.
+/// Samples of the first rounds of [`Progressive::add_for`]. From 16 on a texture's filter and the tree may be others:
+/// what was added before then starts from scratch, so it is little.
 const FIRST_ROUNDS: [u32; 2] = [2, 16];
 /// Samples that a later round adds, at most; until then it doubles them: rays of small rounds share fewer triangles.
 const LARGEST_ROUND: u32 = 64;
@@ -59,15 +60,19 @@ impl Progressive {
         let fail = |message: &str| Err(RenderError::settings(message));
         let region = settings.check(camera.size())?;
         if settings.noise.is_some() || settings.time.is_some() {
-            return fail("noise_threshold and time_limit are for render: a progressive picture ends when you stop");
+            return fail(
+                "noise_threshold and time_limit are not supported by progressive images, which end when you stop; use render",
+            );
         }
         if settings.catchers != Catchers::Show {
-            return fail("a progressive picture shows shadow catchers as surfaces: render leaves them out");
+            return fail("progressive images do not support shadow catchers; use render");
         }
         for channel in &settings.channels {
             if !matches!(channel, Channel::Color | Channel::Alpha | Channel::Coverage | Channel::Error) {
                 let name = channel.name();
-                return fail(&format!("channel {name:?} does not change with samples: render it once"));
+                return fail(&format!(
+                    "channel {name:?} does not depend on samples and cannot be progressive; use render"
+                ));
             }
         }
         let camera = prepared.geometry.camera_outside(camera);
@@ -84,7 +89,7 @@ impl Progressive {
         Ok(Self { world, prepared, camera, settings, region, tiles })
     }
 
-    /// Rectangle of the picture that is rendered: x, y, width, height.
+    /// Rectangle of the image that is rendered: x, y, width, height.
     pub fn region(&self) -> [u32; 4] {
         self.region
     }
@@ -94,7 +99,7 @@ impl Progressive {
         &self.settings.channels
     }
 
-    /// Samples of the pixel of a region (default: the whole picture) that has the fewest.
+    /// Samples of the pixel of a region (default: the whole image) that has the fewest.
     pub fn samples(&self, region: Option<[u32; 4]>) -> u32 {
         self.tiles_in(region).map(|one| one.samples).min().unwrap_or(0)
     }
@@ -104,7 +109,7 @@ impl Progressive {
         tiles.filter(move |one| region.is_none_or(|region| one.tile.overlaps(region)))
     }
 
-    /// Adds samples to every tile of a region (default: the whole picture) that has fewer than `until`.
+    /// Adds samples to every tile of a region (default: the whole image) that has fewer than `until`.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`], which leaves each tile with the samples that it has; those of [`crate::render()`].
@@ -152,6 +157,7 @@ impl Progressive {
         let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
         let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
         let renderer = workers.run(|| {
+            install_guiding(&self.prepared);
             self.prepared.prepare_light();
             TileRenderer::new(&self.prepared, shutter.as_ref(), &self.camera, &settings, self.region)
         });
@@ -171,7 +177,7 @@ impl Progressive {
             .map_or(Ok(()), |memory| memory.check().map_err(RenderError::Textures))
     }
 
-    /// Writes the picture into the caller's memory: an output plane per channel, in order, as large as the region.
+    /// Writes the image into the caller's memory: an output plane per channel, in order, as large as the region.
     /// Returns the notices.
     ///
     /// # Errors
@@ -180,11 +186,11 @@ impl Progressive {
         let fail = |message: &str| Err(RenderError::settings(message));
         let samples = self.samples(None);
         if samples == 0 {
-            return fail("a part of the picture has no samples yet: add some first");
+            return fail("a part of the image has no samples yet; add samples first");
         }
         let film = Film::new(self.region, targets.into_iter());
         let Some(film) = film.filter(|film| film.has_channels(&self.settings.channels)) else {
-            return fail("the memory for a picture does not fit its region and channels");
+            return fail("the output planes do not match the image's region and channels");
         };
         let settings = Settings { samples, ..self.settings.clone() };
         let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
@@ -204,9 +210,9 @@ impl Progressive {
 }
 
 impl ProgressiveTile {
-    /// Adds samples up to the renderer's number. A tile whose samples are not those of such a frame starts anew: a
-    /// single sample is the centre ray, the texture filter of a few samples is wider, and a larger number may pay for
-    /// another tree. After an error the tile is as before.
+    /// Adds samples up to the renderer's number. A tile whose samples are not those of such a frame starts from
+    /// scratch: a single sample is the centre ray, the texture filter of a few samples is wider, and a larger number
+    /// may pay for another tree. After an error the tile is as before.
     fn add(
         &mut self,
         renderer: &TileRenderer,

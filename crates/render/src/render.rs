@@ -13,6 +13,7 @@ use crate::film::film::Film;
 use crate::film::frame::Frame;
 use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
+use crate::guiding_switch::install_guiding;
 use crate::integrator::bright_path::BrightPath;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
@@ -78,11 +79,11 @@ pub fn render_into(
 /// coordinates. `None` where every sample is black.
 pub type BrightestSample = Option<(f64, BrightPath)>;
 
-/// The brightest samples of pixels of a picture that [`render`] made with the same arguments; none for integrators that
-/// show no light. The world stands still while the shutter is open.
+/// The brightest samples of pixels of an image that [`render`] made with the same arguments; none for integrators that
+/// show no light. The world does not move while the shutter is open.
 ///
 /// # Errors
-/// Errors of [`render`], and [`RenderError::Settings`] for pixels outside of the picture.
+/// Errors of [`render`], and [`RenderError::Settings`] for pixels outside of the image.
 pub fn brightest_samples(
     world: &PreparedWorld,
     camera: &Camera,
@@ -93,7 +94,7 @@ pub fn brightest_samples(
     let region = settings.check(camera.size())?;
     let [width, height] = camera.size();
     if pixels.iter().any(|&[x, y]| x >= width || y >= height) {
-        return Err(RenderError::settings(format!("pixels outside of a picture of {width} x {height}")));
+        return Err(RenderError::settings(format!("pixels are outside of the image of {width} x {height}")));
     }
     let camera = &world.geometry.camera_outside(camera);
     let request = RenderRequest { world, shutter: None, camera, settings, region };
@@ -110,8 +111,8 @@ pub fn brightest_samples(
     })?
 }
 
-/// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of few
-/// pixels.
+/// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of
+/// few pixels.
 pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settings: &Settings) -> bool {
     let Ok(region) = settings.check(camera.size()) else {
         return true;
@@ -200,8 +201,8 @@ impl RenderRequest<'_> {
         let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));
-        let film =
-            film.ok_or_else(|| RenderError::settings("the memory for a picture does not fit its region and channels"))?;
+        let film = film
+            .ok_or_else(|| RenderError::settings("the output planes do not match the image's region and channels"))?;
         let texture_cache = world.geometry.texture_cache.as_deref();
         let read_before = texture_cache.map(TextureCache::page_in_stats);
         let needs = RenderNeeds::new(settings, camera, &world.geometry);
@@ -237,6 +238,7 @@ impl RenderRequest<'_> {
     /// The renderer of a frame of these settings.
     fn renderer<'s>(&'s self, camera: &'s Camera, settings: &'s Settings) -> TileRenderer<'s> {
         if RenderNeeds::new(settings, camera, &self.world.geometry).color {
+            install_guiding(self.world);
             self.world.prepare_light();
         }
         TileRenderer::new(self.world, self.shutter, camera, settings, self.region)
@@ -260,7 +262,7 @@ impl RenderRequest<'_> {
             let spent = start.elapsed().as_secs_f64();
             (seconds - spent) / (spent / f64::from(taken))
         };
-        // One sample tells how many fit, and is the frame where no more do.
+        // One sample measures how many fit, and is the whole frame if no more do.
         let one = Settings { samples: 1, ..self.settings.clone() };
         let first = self.renderer(camera, &one);
         tiles.par_iter().try_for_each_init(ThreadScratch::default, |scratch, tile| {

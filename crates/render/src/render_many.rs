@@ -1,4 +1,4 @@
-//! Pictures of one world with many poses and cameras.
+//! Images of one world with many poses and cameras.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,7 +14,7 @@ use crate::render::{RenderRequest, estimated_frame_work};
 use crate::settings::Settings;
 use crate::thread_pool::Workers;
 
-/// Pictures of a world, each seen by its camera with its own places of some objects.
+/// Images of a world, each seen by its camera with its own places of some objects.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureSeries<'a> {
     /// World as written.
@@ -23,18 +23,18 @@ pub struct PictureSeries<'a> {
     pub prepared: &'a PreparedWorld,
     /// Family of the world.
     pub family: &'a Arc<PreparedFamily>,
-    /// Cameras of one size: one for all pictures, or one for each.
+    /// Cameras of one size: one for all images, or one for each.
     pub cameras: &'a [Camera],
-    /// Objects that move, and world_from_mesh of each: one for all pictures, or one for each.
+    /// Objects that move, and world_from_mesh of each: one for all images, or one for each.
     pub poses: &'a [(usize, Vec<DAffine3>)],
 }
 
-/// Time of a picture in nanoseconds from which all threads share it.
+/// Time of an image in nanoseconds from which all threads share it.
 const SHARED_PICTURE: f64 = 20e6;
 
 impl PictureSeries<'_> {
-    /// Renders a picture into each list of planes; picture i is that of [`crate::render_into`] with the poses i, the camera i
-    /// and the frame `settings.frame` + i. Returns the notices, each once.
+    /// Renders an image into each list of planes; image i is that of [`crate::render_into`] with the poses i, the
+    /// camera i and the frame `settings.frame` + i. Returns the notices, each once.
     ///
     /// # Errors
     /// Errors of [`crate::render_into`], and [`RenderError::World`] for a pose that flattens an object.
@@ -62,7 +62,7 @@ impl PictureSeries<'_> {
             control.advance();
             Ok(())
         };
-        // Many short pictures take a thread each, few long ones all threads.
+        // Many short images take a thread each, few long ones all threads.
         if each < SHARED_PICTURE || count >= 4 * workers.count() {
             workers.for_each_dynamic(&jobs, |_: &mut (), job| one(job, true))?;
         } else {
@@ -97,7 +97,7 @@ impl PictureSeries<'_> {
         request.render(alone, &part, planes.into_iter())
     }
 
-    /// The world of a picture, if it differs from the world.
+    /// The world of an image, if it differs from the world.
     fn posed(
         &self,
         picture: usize,

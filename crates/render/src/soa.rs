@@ -1,5 +1,5 @@
 //! Structure-of-arrays types: one field of all lanes is contiguous, as SIMD registers hold it.
-//! [`raycam_bvh::vectorized`] runs the loops over lanes; a lane's result does not depend on the other lanes.
+//! [`raycam_bvh::dispatch_simd`] runs the loops over lanes; a lane's result does not depend on the other lanes.
 
 use glam::{DVec3, Vec3};
 

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use crate::error::RenderError;
 
-/// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, hence the
-/// process id.
+/// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, which
+/// explains the process id.
 struct PoolCache {
     process: u32,
     by_threads: HashMap<usize, Arc<SharedPool>>,
@@ -92,7 +92,7 @@ pub(crate) enum Workers {
 pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
 /// Work in nanoseconds that is worth a thread.
 const WORK_PER_THREAD: f64 = 0.2e6;
-/// Time after which a call gives way to others that wait for the same threads: a small picture beside a long one.
+/// Time after which a call yields to others that wait for the same threads, such as a small image during a long one.
 const TURN: Duration = Duration::from_millis(10);
 /// Calls that may stand still on one thread, whose stack holds them: a call within a part takes up to 400 KiB.
 const MOST_WAITING: u32 = 8;
@@ -100,8 +100,8 @@ const MOST_WAITING: u32 = 8;
 const STACK_BYTES: usize = 8 << 20;
 
 impl Workers {
-    /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use), and
-    /// no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
+    /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use),
+    /// and no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
     ///
     /// # Errors
     /// Errors of [`with_pool`].
@@ -133,8 +133,8 @@ impl Workers {
         }
     }
 
-    /// Does each part on the next free thread, with a scratch for each thread; rayon's iterators would assign consecutive
-    /// parts to one thread. An error stops the others. Calls that want the same threads take turns.
+    /// Does each part on the next free thread, with a scratch for each thread; rayon's iterators would assign
+    /// consecutive parts to one thread. An error stops the others. Calls that need the same threads take turns.
     ///
     /// # Errors
     /// The first error of `work`.
@@ -182,8 +182,8 @@ impl Workers {
     }
 }
 
-/// Lets another call that waits for this thread have its turn, in the middle of a part that may take seconds. The caller
-/// holds no lock that the other could want.
+/// Lets another call that waits for this thread have its turn, in the middle of a part that may take seconds. The
+/// caller holds no lock that the other could need.
 pub(crate) fn give_turn() {
     let waiting = WAITING.get();
     if HAS_THREADS && CALLS.load(Ordering::Relaxed) > 1 && waiting < MOST_WAITING {
@@ -193,8 +193,8 @@ pub(crate) fn give_turn() {
     }
 }
 
-/// A value that the first thread which wants it makes on a pool of its own, while others wait: a thread that waits within
-/// its own pool takes up other work, which may want the value too. A forked child does not wait for its parent.
+/// A value that the first thread that needs it computes on a separate pool, while others wait: a thread that waits
+/// within its own pool takes up other work, which may need the value too. A forked child does not wait for its parent.
 #[derive(Debug, Default)]
 pub(crate) struct MadeOnce<T> {
     value: OnceLock<T>,
@@ -203,7 +203,12 @@ pub(crate) struct MadeOnce<T> {
 }
 
 impl<T: Send + Sync> MadeOnce<T> {
-    /// The value, made now unless it is known.
+    /// The value, if it is known.
+    pub fn get(&self) -> Option<&T> {
+        self.value.get()
+    }
+
+    /// The value; computed if necessary.
     pub fn get_or_make(&self, make: impl FnOnce() -> T + Send) -> &T {
         let process = if HAS_THREADS { std::process::id() } else { 1 };
         while self.value.get().is_none() && self.maker.swap(process, Ordering::Relaxed) == process {
@@ -282,7 +287,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stacks_hold_the_calls_that_wait() {
+    fn stacks_are_large_enough_for_waiting_calls() {
         fn wait(calls: u32) -> u8 {
             let frame = std::hint::black_box([1_u8; 400 << 10]);
             if calls == 0 { frame[0] } else { wait(calls - 1) + frame[1] }
@@ -292,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn little_work_does_not_wait_for_much() {
+    fn short_calls_do_not_wait_for_long_calls() {
         for threads in [1, 2] {
             let [started, is_over] = [AtomicBool::new(false), AtomicBool::new(false)];
             let order = Mutex::new(vec![]);

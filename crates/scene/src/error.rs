@@ -25,7 +25,7 @@ pub enum SceneError {
         /// Byte range in the text that it came from.
         span: Option<Range<usize>>,
     },
-    /// The temporary file of textures cannot be created, written or read.
+    /// The temporary texture file cannot be created, written or read.
     #[error("{}: {message}", path.display())]
     Storage {
         /// The folder that it is in.
@@ -70,7 +70,7 @@ impl SceneError {
         }
     }
 
-    /// The same error for a description in which the part is at `parent`.
+    /// The error with its key prefixed by `parent`.
     #[must_use]
     pub fn in_context(self, parent: &str) -> Self {
         match self {

@@ -1,8 +1,8 @@
 //! The scene as data: worlds of meshes, materials, lights and cameras, and their mathematics.
 //!
-//! Parts are joined by index. [`schema`] is what people write (world files and Python dicts); [`World`] is its meaning, with
-//! files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is the temporary one of a
-//! [`TextureCache`].
+//! Parts are joined by index. [`schema`] is what people write (world files and Python dicts); [`World`] is its meaning,
+//! with files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is the temporary
+//! one of a [`TextureCache`].
 //!
 //! ```text
 //! codes               macro for tables of codes

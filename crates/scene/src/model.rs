@@ -13,7 +13,7 @@ use crate::up::Up;
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshPart {
-    /// Empty when it has none.
+    /// Empty if absent.
     pub name: String,
     /// Its triangles.
     pub mesh: Mesh,
@@ -33,7 +33,7 @@ pub struct MeshFile {
     pub textures: Vec<Texture>,
     /// Notices of the reader.
     pub notices: Vec<Notice>,
-    /// The axis that is up, where the format says so.
+    /// The up axis, if the format specifies it.
     pub up: Option<Up>,
 }
 
@@ -68,7 +68,7 @@ pub trait AssetLoader {
         Ok(image)
     }
 
-    /// The whole path of the picture of this name, which whoever lays it behind a frame reads.
+    /// The full path of the background image of this name; the caller reads it.
     ///
     /// # Errors
     /// A file that is missing or unreadable.
@@ -76,7 +76,7 @@ pub trait AssetLoader {
         Ok(file.into())
     }
 
-    /// The error of a file as seen from the key of a description that names it, as `object[2].mesh`.
+    /// The error of a file, prefixed with the key that refers to it, such as `object[2].mesh`.
     fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }
 
@@ -122,8 +122,8 @@ impl MeshFile {
     /// white colours, texture coordinates (0, 0), and no normals.
     ///
     /// # Errors
-    /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more vertices
-    /// or materials than indices can count.
+    /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more
+    /// vertices or materials than indices can count.
     pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>)> {
         let parts = || self.parts.iter().filter(|part| !part.mesh.triangles.is_empty());
         let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();

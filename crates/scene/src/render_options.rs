@@ -17,8 +17,8 @@ pub struct RenderOptions {
     pub integrator: Option<IntegratorName>,
     /// Samples per pixel, >= 1.
     pub samples: Option<u32>,
-    /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most that it
-    /// gets, 16384 where not given.
+    /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most
+    /// that it gets, 16384 where not given.
     // World bundles keep the name of 0.1.
     #[serde(rename = "noise")]
     pub noise_threshold: Option<f32>,

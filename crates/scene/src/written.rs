@@ -1,6 +1,6 @@
 //! Values that people may write in more than one way, for serde and for the JSON Schema.
 
-/// Reads a type from each of the ways in which it may be written: what is expected, and the methods of serde's visitor.
+/// Deserialises a type from any of its notations, given the expected notation and the methods of serde's visitor.
 macro_rules! written {
     ($type:ident: $expecting:expr, $($methods:tt)*) => {
         impl<'de> serde::Deserialize<'de> for $type {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,10 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import product, thread_count
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import CameraError
-
-if TYPE_CHECKING:
-    from ..rig import Rig
-    from ..world import World
+from ..render.arguments import camera_of, world_of
+from ..rig import Rig
+from ..world import World
 
 __all__ = ["disparity", "flow"]
 
@@ -87,10 +85,10 @@ def disparity(
     world = world_of(world)
     if isinstance(left, str) and left in world.rigs:
         left = world.rigs[left]
-    if hasattr(left, "pair"):
+    if isinstance(left, Rig):
         if right is not None:
-            raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")
-        rig: Any = left
+            raise CameraError("a rig contains both cameras of the pair; pass the rig alone, or two cameras")
+        rig = left
         left, right = (rig[name] for name in rig.pair())
     left = camera_of(world, left)
     if right is None:

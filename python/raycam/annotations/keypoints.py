@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Bools, Floats, floats, real, thread_count, wholes
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
+from ..render.arguments import camera_of, world_of
 from ..world import World
 
 __all__ = ["Keypoints", "keypoints"]

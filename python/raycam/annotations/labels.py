@@ -23,9 +23,9 @@ from ..arguments import (
     wholes,
 )
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
 from ..render import render
+from ..render.arguments import camera_of, world_of
 from ..world import World
 from ..world.parts import Object
 

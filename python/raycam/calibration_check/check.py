@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats, whole
-from ..camera import Camera
+from ..camera import Camera, check_camera
 from ..camera._arguments import Size
-from ..camera.asked import only_camera
 from ..errors import CameraError, SettingsError
 from ..render import render
 from ..render.frame import Frame
@@ -138,7 +137,7 @@ def selfcheck(
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """
     opencv()  # raises before anything is rendered
-    camera = _default() if camera is None else only_camera(camera, ", as of raycam.load_cameras(path)[name]")
+    camera = _default() if camera is None else check_camera(camera, ", as of raycam.load_cameras(path)[name]")
     camera = camera if size is None else camera.resized(size)
     _check(camera)
     views = whole("views", views, MIN_VIEWS, 10_000)
@@ -206,7 +205,7 @@ def _check(camera: Camera) -> None:
 
 def _whole_centers(camera: Camera) -> Camera:
     """The camera at the origin, with pixel centres at integers."""
-    k = camera.K
+    k = camera.K.copy()
     k[:2, 2] -= 0.5 + camera.corner
     model: Any = "opencv" if camera.model == "pinhole" else camera.model
     return Camera(k, np.eye(3), np.zeros(3), camera.size, distortion=camera.distortion, model=model)

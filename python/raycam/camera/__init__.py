@@ -1,6 +1,6 @@
 """Cameras: `P = K R [I | -C]` with a lens, in the conventions of OpenCV and of Hartley and Zisserman."""
 
 from ._background import Background
-from .camera import Camera
+from .camera import Camera, check_camera
 
-__all__ = ["Background", "Camera"]
+__all__ = ["Background", "Camera", "check_camera"]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, TypedDict, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats, floats, one_of, size_of
-from ..errors import CameraError
+from ..errors import CameraError, nearest
 
 PixelCenter = Literal["integer", "half"]
 Up = Literal["z", "y"]
@@ -33,11 +33,50 @@ PANORAMAS = dict(_core.lens_models())
 """The lens models by name: True for panoramas, which have no coefficients."""
 
 Size = Sequence[int]
+
+
+class LensKeys(TypedDict, total=False):
+    """Lens arguments of the constructors of `Camera`."""
+
+    distortion: npt.ArrayLike | None
+    """The lens coefficients (default: no lens)."""
+    model: Model
+    """The lens model of `distortion` (default: "opencv")."""
+    pixel_center: PixelCenter
+    """The coordinates of the first pixel's centre: "integer" for (0, 0) (default), "half" for (0.5, 0.5)."""
+
+
+class ViewKeys(LensKeys, total=False):
+    """Lens, intrinsics and image size: arguments of `Camera.from_pose` and `Camera.look_at`."""
+
+    size: Size
+    """The image size (width, height) in pixels (default: 640 x 480)."""
+    focal: float | Sequence[float] | None
+    """The focal length in pixels, or (fx, fy)."""
+    fov: float | None
+    """The vertical field of view in degrees."""
+    K: npt.ArrayLike | None
+    """The intrinsics [3, 3] in pixels."""
+    skew: float | None
+    """The skew, in addition to `focal` or `fov`."""
+    principal_point: npt.ArrayLike | None
+    """The principal point [2] in pixels, in addition to `focal` or `fov` (default: the image centre)."""
+
+
+class View(NamedTuple):
+    """Checked lens, intrinsics and image size."""
+
+    k: list[list[float]]
+    size: Size
+    lens: Lens | None
+    pixel_center: PixelCenter
+
+
 Constructor = TypeVar("Constructor", bound=Callable[..., Any])
 
 
 def either_order(constructor: Constructor) -> Constructor:
-    """A decorator for constructors with K, a pose and a size, which may stand as K, size, pose too."""
+    """Decorator for constructors with the arguments K, pose, size that also accept the order K, size, pose."""
 
     @functools.wraps(constructor)
     def called(*args: Any, **kwargs: Any) -> Any:
@@ -50,7 +89,7 @@ def either_order(constructor: Constructor) -> Constructor:
 
 
 def checked_pixel_center(pixel_center: object) -> PixelCenter:
-    """Returns the checked name of the place where pixels are counted from."""
+    """Returns `pixel_center`; raises `CameraError` for an unknown name."""
     if isinstance(pixel_center, str) and pixel_center in ("integer", "half"):
         return "integer" if pixel_center == "integer" else "half"
     raise CameraError(
@@ -60,7 +99,7 @@ def checked_pixel_center(pixel_center: object) -> PixelCenter:
 
 
 def make(constructor: str, *args: Any) -> _core.Camera:
-    """Makes a core camera by the name of its constructor, "" for the class."""
+    """Creates a core camera by the name of its constructor, "" for the class."""
     *numbers, size, pixel_center = args
     checked_pixel_center(pixel_center)
     make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera
@@ -69,14 +108,14 @@ def make(constructor: str, *args: Any) -> _core.Camera:
 
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
-    """The lens of a constructor's arguments; None for a pinhole."""
+    """Returns the lens for a constructor's arguments; None for a pinhole."""
     one_of("lens model", model, list(PANORAMAS), error=CameraError)
     if distortion is None:
         if PANORAMAS[model]:
             return model, []
         if model != "opencv":
-            zeros = "; [0, 0, 0, 0] is the equidistant fisheye" if model == "fisheye" else ""
-            raise CameraError(f'model is "{model}" and distortion, its coefficients, is missing{zeros}')
+            zeros = "; use [0, 0, 0, 0] for an equidistant fisheye" if model == "fisheye" else ""
+            raise CameraError(f'lens model "{model}" requires coefficients: distortion is missing{zeros}')
         return None
     return model, np.ravel(
         floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
@@ -105,32 +144,48 @@ def checked_up(up: str) -> Up:
     raise CameraError(f'up is {up!r}; expected "z" or "y"')
 
 
-def intrinsics(
-    size: Size,
-    focal: float | Sequence[float] | None,
-    fov: float | None,
-    K: npt.ArrayLike | None,
-    skew: float | None,
-    principal_point: npt.ArrayLike | None,
-    pixel_center: str,
-) -> list[list[float]]:
-    """K [3, 3] from exactly one of `focal`, `fov` and `K`."""
-    given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
+def check_keys(keys: Mapping[str, object], allowed: type) -> None:
+    """Raises `CameraError` with the nearest name for a keyword that the constructor does not have."""
+    names = list(allowed.__annotations__)
+    for name in keys:
+        if name not in names:
+            raise CameraError(nearest("argument", name, names))
+
+
+def read_lens(keys: LensKeys) -> tuple[Lens | None, PixelCenter]:
+    """Checks the lens arguments of a constructor; returns the lens (None for a pinhole) and the pixel centre."""
+    check_keys(keys, LensKeys)
+    lens = lens_of(keys.get("distortion"), keys.get("model", "opencv"))
+    return lens, keys.get("pixel_center", "integer")
+
+
+def read_view(keys: ViewKeys) -> View:
+    """Checks the arguments for lens, intrinsics and image size of a constructor."""
+    check_keys(keys, ViewKeys)
+    size, pixel_center = keys.get("size", (640, 480)), keys.get("pixel_center", "integer")
+    k = _intrinsics(size, pixel_center, keys)
+    return View(k, size, lens_of(keys.get("distortion"), keys.get("model", "opencv")), pixel_center)
+
+
+def _intrinsics(size: Size, pixel_center: str, keys: ViewKeys) -> list[list[float]]:
+    """Returns K [3, 3] from exactly one of `focal`, `fov` and `K`."""
+    given = [name for name in ("focal", "fov", "K") if keys.get(name) is not None]
     if len(given) != 1:
         raise CameraError(
-            f"intrinsics: exactly one of focal, fov and K is needed, {' and '.join(given) or 'none'} given"
+            f"intrinsics: expected one of focal, fov and K; got {' and '.join(given) or 'none of them'}"
         )
+    skew, principal_point = keys.get("skew"), keys.get("principal_point")
     pair = size_of(size, error=CameraError)
-    if K is not None:
+    if (K := keys.get("K")) is not None:
         if skew is not None or principal_point is not None:
-            raise CameraError("skew and principal_point are part of K: give them there")
+            raise CameraError("skew and principal_point cannot be combined with K, which contains them")
         return [[float(v) for v in row] for row in matrix("K", K)]
-    if fov is not None:
-        k = _core.intrinsics_from_fov(number("fov", fov), pair, pixel_center)
-    else:
-        values = floats("focal", focal if focal is not None else 0.0, (), (2,), error=CameraError)
+    if (focal := keys.get("focal")) is not None:
+        values = floats("focal", focal, (), (2,), error=CameraError)
         k = _core.intrinsics_from_focal(float(values.flat[0]), pair, pixel_center)
         k[1][1] = float(values.flat[-1])
+    elif (fov := keys.get("fov")) is not None:
+        k = _core.intrinsics_from_fov(number("fov", fov), pair, pixel_center)
     if skew is not None:
         k[0][1] = number("skew", skew)
     if principal_point is not None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..errors import CameraError, nearest
-
-if TYPE_CHECKING:
-    from . import Camera
+from ._geometry import CameraGeometry
 
 __all__ = ["Background", "Fit"]
 
@@ -33,7 +31,7 @@ class Background:
 
     image: Any
     """The path of a PNG, JPEG or other image, or an array [h, w, 3]: linear floats, or sRGB as uint8."""
-    camera: Camera | None = None
+    camera: CameraGeometry | None = None
     """The camera that took the picture; None for the one that has it."""
     fit: Fit = "exact"
     """"exact" or "cover"."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -11,22 +10,24 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Floats, floats, lengths, one_of, product, size_of, word
 from ..errors import CameraError
-from ..notices import understands
 from ._arguments import (
-    Lens,
+    LensKeys,
     Model,
     PixelCenter,
     Size,
     Up,
+    ViewKeys,
     checked_up,
     either_order,
-    intrinsics,
     lens_of,
     make,
     matrix,
     number,
+    read_lens,
+    read_view,
     vector,
 )
+from ._geometry import CameraGeometry
 
 __all__ = ["Constructors"]
 
@@ -39,14 +40,10 @@ OPENCV_FROM = {
 """The rotations from axes of a camera to OpenCV's, by the names of the axes."""
 
 
-class Constructors:
-    """Alternative constructors of `Camera`."""
+class Constructors(CameraGeometry):
+    """Base of `Camera` with the alternative constructors."""
 
     __slots__ = ()
-
-    @classmethod
-    def _of(cls, core: _core.Camera, up: str, lens: Lens | None = None) -> Self:
-        raise NotImplementedError
 
     @classmethod
     def from_matrix(
@@ -69,7 +66,6 @@ class Constructors:
         return cls._of(make("from_matrix", p.tolist(), size, pixel_center), up)
 
     @classmethod
-    @understands(lens="model")
     def from_pose(
         cls,
         location: npt.ArrayLike,
@@ -77,16 +73,8 @@ class Constructors:
         pitch: float = 0.0,
         yaw: float = 0.0,
         *,
-        size: Size = (640, 480),
-        focal: float | Sequence[float] | None = None,
-        fov: float | None = None,
-        K: npt.ArrayLike | None = None,
-        skew: float | None = None,
-        principal_point: npt.ArrayLike | None = None,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
         up: Up = "z",
+        **view: Unpack[ViewKeys],
     ) -> Self:
         """A camera at `location` [3], turned by `roll`, `pitch`, `yaw` in degrees.
 
@@ -96,38 +84,27 @@ class Constructors:
         `K`; `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
         `model` are the lens, as in `Camera`.
         """
-        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        k, size, lens, pixel_center = read_view(view)
         angles = [number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
         place = vector("location", location)
-        made = make("from_pose", place, angles, checked_up(up), k, size, pixel_center)
-        return cls._of(made, up, lens_of(distortion, model))
+        return cls._of(make("from_pose", place, angles, checked_up(up), k, size, pixel_center), up, lens)
 
     @classmethod
-    @understands(lens="model")
     def look_at(
         cls,
         eye: npt.ArrayLike,
         target: npt.ArrayLike,
         up: npt.ArrayLike | Up = "z",
-        *,
-        size: Size = (640, 480),
-        focal: float | Sequence[float] | None = None,
-        fov: float | None = None,
-        K: npt.ArrayLike | None = None,
-        skew: float | None = None,
-        principal_point: npt.ArrayLike | None = None,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
+        **view: Unpack[ViewKeys],
     ) -> Self:
         """A camera at `eye` [3] that sees `target` [3] at its principal point.
 
         `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the
         view. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
         """
-        if focal is None and fov is None and K is None:
-            fov = 45.0
-        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        if all(view.get(name) is None for name in ("focal", "fov", "K")):
+            view = {**view, "fov": 45.0}
+        k, size, lens, pixel_center = read_view(view)
         if isinstance(up, str):
             axis = checked_up(up)
             upwards = [0.0, 0.0, 1.0] if axis == "z" else [0.0, 1.0, 0.0]
@@ -135,11 +112,9 @@ class Constructors:
             upwards = vector("up", up)
             axis = "y" if upwards[0] == upwards[2] == 0.0 and upwards[1] > 0.0 else "z"
         ends = (vector("eye", eye), vector("target", target))
-        made = make("look_at", *ends, upwards, k, size, pixel_center)
-        return cls._of(made, axis, lens_of(distortion, model))
+        return cls._of(make("look_at", *ends, upwards, k, size, pixel_center), axis, lens)
 
     @classmethod
-    @understands(lens="model")
     def from_opencv(
         cls,
         K: npt.ArrayLike,
@@ -170,17 +145,14 @@ class Constructors:
 
     @classmethod
     @either_order
-    @understands(lens="model")
     def from_opengl(
         cls,
         K: npt.ArrayLike,
         world_from_camera: npt.ArrayLike,
         size: Size,
         *,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
         up: Up = "z",
+        **lens: Unpack[LensKeys],
     ) -> Self:
         """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
@@ -188,14 +160,13 @@ class Constructors:
         pixels; the lens is as in `Camera`. The axes are OpenGL's, the pixels are not: `pixel_center` is "integer"
         unless given, and a K with cx = width / 2 in the middle of the picture is of "half".
         """
-        pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
+        pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError).tolist()
+        coefficients, pixel_center = read_lens(lens)
         k = matrix("K", K).tolist()
-        made = make("from_opengl", k, pose.tolist(), size, pixel_center)
-        return cls._of(made, up, lens_of(distortion, model))
+        return cls._of(make("from_opengl", k, pose, size, pixel_center), up, coefficients)
 
     @classmethod
     @either_order
-    @understands(lens="model")
     def from_transform(
         cls,
         K: npt.ArrayLike,
@@ -204,10 +175,8 @@ class Constructors:
         *,
         camera_from_world: npt.ArrayLike | None = None,
         axes: Axes = "opencv",
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
         up: Up = "z",
+        **lens: Unpack[LensKeys],
     ) -> Self:
         """A camera from its pose as a matrix [4, 4] or [3, 4], in either direction.
 
@@ -227,23 +196,18 @@ class Constructors:
         if len(table) == 4 and table[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             hint = ": it is transposed" if table[:, 3].tolist() == [0.0, 0.0, 0.0, 1.0] else ""
             raise CameraError(f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}")
-        return cls._posed(
-            K, size, table[:3, :3], table[:3, 3], name, axes, lens_of(distortion, model), pixel_center, up
-        )
+        return cls._posed(K, size, (table[:3, :3], table[:3, 3]), name, axes, up, lens)
 
     @classmethod
     @either_order
-    @understands(lens="model")
     def from_x_forward(
         cls,
         K: npt.ArrayLike,
         world_from_camera: npt.ArrayLike,
         size: Size,
         *,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
         up: Up = "z",
+        **lens: Unpack[LensKeys],
     ) -> Self:
         """A camera from the pose matrix [4, 4] or [3, 4] of a body: x forward, y left, z up.
 
@@ -251,19 +215,9 @@ class Constructors:
         With the identity, the camera looks along +x of the world, as that of `from_pose` does. Raises `CameraError` as
         `from_transform` does.
         """
-        return cls.from_transform(
-            K,
-            world_from_camera,
-            size,
-            axes="x_forward",
-            distortion=distortion,
-            model=model,
-            pixel_center=pixel_center,
-            up=up,
-        )
+        return cls.from_transform(K, world_from_camera, size, axes="x_forward", up=up, **lens)
 
     @classmethod
-    @understands(lens="model")
     def from_quaternion(
         cls,
         K: npt.ArrayLike,
@@ -274,10 +228,8 @@ class Constructors:
         order: Literal["wxyz", "xyzw"],
         direction: Literal["world_from_camera", "camera_from_world"],
         axes: Axes = "opencv",
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
         up: Up = "z",
+        **lens: Unpack[LensKeys],
     ) -> Self:
         """A camera from a unit quaternion [4] and a translation [3].
 
@@ -301,29 +253,29 @@ class Constructors:
             ]
         )
         t = np.array(vector("translation", translation))
-        return cls._posed(K, size, turn, t, direction, axes, lens_of(distortion, model), pixel_center, up)
+        return cls._posed(K, size, (turn, t), direction, axes, up, lens)
 
     @classmethod
     def _posed(
         cls,
         K: npt.ArrayLike,
         size: Size,
-        rotation: Floats,
-        translation: Floats,
+        pose: tuple[Floats, Floats],
         direction: str,
         axes: str,
-        lens: Lens | None,
-        pixel_center: PixelCenter,
         up: Up,
+        keys: LensKeys,
     ) -> Self:
-        """A camera from a pose in a direction, between the world and a camera with some axes."""
+        """Returns a camera from its rotation and translation, between the world and a camera with the given axes."""
+        rotation, translation = pose
+        lens, pixel_center = read_lens(keys)
         opencv_from_axes = OPENCV_FROM[one_of("axes", axes, list(OPENCV_FROM), error=CameraError)]
         if direction == "world_from_camera":
             R, C = product(opencv_from_axes, rotation.T), translation
         else:
             R, C = product(opencv_from_axes, rotation), -product(rotation.T, translation)
-        made = make("", matrix("K", K).tolist(), (R + 0.0).tolist(), (C + 0.0).tolist(), size, pixel_center)
-        return cls._of(made, up, lens)
+        core = make("", matrix("K", K).tolist(), (R + 0.0).tolist(), (C + 0.0).tolist(), size, pixel_center)
+        return cls._of(core, up, lens)
 
     @classmethod
     def from_colmap(

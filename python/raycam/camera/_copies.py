@@ -1,33 +1,33 @@
-"""Copies of a camera with other intrinsics, and the map between two pictures."""
+"""Copies of a camera with other intrinsics or another background, and the map between two images."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import os
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats, product, real, size_of
 from ..errors import CameraError
-from ._arguments import Model, PixelCenter, Size, Up, checked_pixel_center, lens_of, matrix, number, vector
+from ._arguments import Model, PixelCenter, Size, Up, checked_pixel_center, lens_of, make, matrix, number
 from ._background import Background
-from .asked import only_camera
-
-if TYPE_CHECKING:
-    from . import Camera
+from ._geometry import refuse_other_types
+from ._optics import Optics
 
 __all__ = ["Copies"]
 
 PANORAMIC = ("equirectangular", "cylindrical")
-FORWARD = 1e-3
-"""The least z of a unit ray that a pinhole picture shows."""
+MIN_FORWARD = 1e-3
+"""The smallest z of a unit ray that an undistorted image can show."""
 
 
-class Copies:
-    """Copies of a `Camera`. What is not named stays: pose, lens, pixel centres, aperture, vignetting, shutter.
+class Copies(Optics):
+    """Base of `Camera` with the methods that return changed copies.
 
-    A photograph behind the camera is seen through the copy of `pinhole`, `cropped`, `resized` and `undistorted`: it is
-    warped. `replace` says what the camera itself is: the photograph stays as it is.
+    A copy keeps every property that is not named: pose, lens, pixel centres, aperture, vignetting, shutter. `pinhole`,
+    `cropped`, `resized` and `undistorted` warp the camera's background photo to the new view; `replace` corrects the
+    description of the camera that took the photo, so the photo stays unchanged.
     """
 
     __slots__ = ()
@@ -43,63 +43,56 @@ class Copies:
         model: Model | None = None,
         pixel_center: PixelCenter | None = None,
         up: Up | None = None,
-    ) -> Camera:
-        """The same camera with other values of the given arguments of `Camera`.
+    ) -> Self:
+        """Returns the same camera with other values for the given arguments of `Camera`.
 
-        `distortion` without `model` keeps the lens model ("opencv" for a pinhole); `pinhole` takes the lens away.
-        `pixel_center` alone changes how the same pixels are counted: K moves by half a pixel. `size` alone keeps K;
-        `resized` and `cropped` change both. Raises `CameraError` as `Camera` does, and for K of a camera that is given
-        by a matrix with its centre at infinity.
+        `distortion` without `model` keeps the lens model ("opencv" for a pinhole); `pinhole` removes the lens.
+        `pixel_center` alone changes the pixel coordinates' origin: K moves by half a pixel. `size` alone keeps K;
+        `resized` and `cropped` change both. Raises the errors of `Camera`, and `CameraError` for `K` of a camera that
+        was created from a matrix with its centre at infinity.
         """
-        camera: Any = self
+        posed = self
         if R is not None or C is not None:
-            pose = (
-                camera.R if R is None else matrix("R", R),
-                camera.location if C is None else vector("C", C),
-            )
-            camera = camera.at_pose(*pose)
-        table = camera.to_dict()
-        if pixel_center is not None and checked_pixel_center(pixel_center) != camera.pixel_center:
+            posed = self.at_pose(self.R if R is None else R, self.location if C is None else C)
+        table = posed.to_dict()
+        if pixel_center is not None and checked_pixel_center(pixel_center) != self.pixel_center:
             table["pixel_center"] = pixel_center
             if K is None:
                 _require_k(table)
                 shift = 0.5 if pixel_center == "half" else -0.5
-                table["K"] = (camera.K + np.array([[0, 0, shift], [0, 0, shift], [0, 0, 0]])).tolist()
+                table["K"] = (self.K + np.array([[0, 0, shift], [0, 0, shift], [0, 0, 0]])).tolist()
         if K is not None:
             _require_k(table)
             table["K"] = matrix("K", K).tolist()
         if size is not None:
             table["size"] = list(size_of(size, error=CameraError))
-        if model is not None and distortion is None and camera.distortion is not None:
-            distortion = camera.distortion
+        if model is not None and distortion is None and self.distortion is not None:
+            distortion = self.distortion
         if distortion is not None or model is not None:
-            named: Model = "opencv" if camera.model == "pinhole" else camera.model
+            named: Model = "opencv" if self.model == "pinhole" else self.model
             lens = lens_of(distortion, named if model is None else model)
             if lens is not None:
                 table["lens"], table["distortion"] = lens
-        made: Camera = camera.from_dict(table, up=camera.up if up is None else up)
-        return made
+        return self.from_dict(table, up=self.up if up is None else up)
 
-    def pinhole(self) -> Camera:
-        """The same camera without its lens, with the same K.
+    def pinhole(self) -> Self:
+        """Returns the same camera without its lens, with the same K.
 
         Raises `CameraError` for "equirectangular" and "cylindrical", whose K is in pixels per radian.
         """
-        camera: Any = self
-        if camera.model in PANORAMIC:
+        if self.model in PANORAMIC:
             raise CameraError(
-                f"a pinhole has K in pixels, and {camera.model} in pixels per radian: give it a K of its own"
+                f"pinhole() cannot keep the K of lens model {self.model!r}, which is in pixels per radian; create a "
+                "camera with a K in pixels"
             )
-        table = {key: value for key, value in camera.to_dict().items() if key not in ("lens", "distortion")}
-        made: Camera = camera.from_dict(table, up=camera.up)
-        return _behind(camera, made)
+        table = {key: value for key, value in self.to_dict().items() if key not in ("lens", "distortion")}
+        return self._with_same_photo(self.from_dict(table, up=self.up))
 
-    def cropped(self, x: int, y: int, width: int, height: int) -> Camera:
-        """The camera of the part of the picture that begins at column `x` and row `y`, of `width` x `height` pixels.
+    def cropped(self, x: int, y: int, width: int, height: int) -> Self:
+        """Returns the camera for a part of the image: `width` x `height` pixels from column `x` and row `y`.
 
-        The part may reach beyond the picture. Raises `CameraError` unless all are whole numbers.
+        The part may extend beyond the image. Raises `CameraError` for numbers that are not whole.
         """
-        camera: Any = self
         left, top = (
             real(name, value, what="a column or row", error=CameraError)
             for name, value in (("x", x), ("y", y))
@@ -109,43 +102,37 @@ class Copies:
                 raise CameraError(f"{name} is {value}; expected a whole number of pixels")
         shift = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
         new = size_of((width, height), error=CameraError)
-        return self._with_intrinsics(product(shift, camera.K), new)
+        return self._with_intrinsics(product(shift, self.K), new)
 
-    def resized(self, size: Size) -> Camera:
-        """The same view in a picture of another size (width, height): K is scaled so that the edges stay the same."""
-        camera: Any = self
+    def resized(self, size: Size) -> Self:
+        """Returns the same view with another image size (width, height): K is scaled, the edges stay the same."""
         new = size_of(size, error=CameraError)
-        x, y = new[0] / camera.size[0], new[1] / camera.size[1]
-        corner = camera.corner
+        x, y = new[0] / self.size[0], new[1] / self.size[1]
+        corner = self.corner
         scale = np.array([[x, 0.0, (1.0 - x) * corner], [0.0, y, (1.0 - y) * corner], [0.0, 0.0, 1.0]])
-        return self._with_intrinsics(product(scale, camera.K), new)
+        return self._with_intrinsics(product(scale, self.K), new)
 
-    def _with_intrinsics(self, K: Floats, size: tuple[int, int]) -> Camera:
-        camera: Any = self
-        made: Camera = camera._of(camera._core.with_intrinsics(K.tolist(), size), camera.up)
-        return _behind(camera, made)
+    def _with_intrinsics(self, K: Floats, size: tuple[int, int]) -> Self:
+        return self._with_same_photo(self._of(self._core.with_intrinsics(K.tolist(), size), self.up))
 
-    def undistorted(self, balance: float = 0.0, *, size: Size | None = None) -> Camera:
-        """The pinhole at the same pose for the undistorted picture, of the same size or of `size`.
+    def undistorted(self, balance: float = 0.0, *, size: Size | None = None) -> Self:
+        """Returns the pinhole camera for the undistorted image, at the same pose and with the same size or `size`.
 
-        With `balance` 0, all its pixels show something that the camera sees; with 1, all that the camera sees in front
-        of it is in the picture; between them, K is a mean. `pixel_map` is the map between the pictures. Raises
-        `CameraError` for parallel rays, and for lenses that see too far to the side for the `balance`.
+        With `balance` 0, every pixel of the undistorted image shows a part of the original image; with 1, the
+        undistorted image contains the whole original image; in between, K is interpolated. `pixel_map` maps between the
+        two images. Raises `CameraError` for parallel rays, and for lenses with too wide a field of view for `balance`.
 
         Source: OpenCV, `getOptimalNewCameraMatrix`, with `balance` for its `alpha`. It looks at nine points a side and
         takes five steps of its inverse of the lens; here are all pixels of the border and the exact inverse. For
         strong lenses (k1 = -0.35), K differs by up to 0.2 pixels.
         """
-        camera: Any = self
         share = number("balance", balance)
         if not 0.0 <= share <= 1.0:
             raise CameraError(f"balance is {share}; expected 0 to 1")
-        if camera.is_parallel:
-            raise CameraError(
-                "an undistorted picture is of a camera with a centre, and this one has parallel rays"
-            )
-        new = camera.size if size is None else size_of(size, error=CameraError)
-        inner, outer = _rectangles(camera)
+        if self.is_parallel:
+            raise CameraError("undistorted() requires a camera with a centre; this camera has parallel rays")
+        new = self.size if size is None else size_of(size, error=CameraError)
+        inner, outer = _rectangles(self)
         K = np.eye(3)
         for axis in (0, 1):
             last = new[axis] - 1.0
@@ -153,53 +140,65 @@ class Copies:
                 (last / (high - low), -low * last / (high - low)) for low, high in (inner[axis], outer[axis])
             ]
             focal, first = (a * (1.0 - share) + b * share for a, b in zip(*ends, strict=True))
-            K[axis, axis], K[axis, 2] = focal, first + camera.corner + 0.5
-        if camera.model in PANORAMIC:
-            return _behind(camera, _pinhole(camera, K, new))
+            K[axis, axis], K[axis, 2] = focal, first + self.corner + 0.5
+        if self.model in PANORAMIC:
+            pinhole = make("", K.tolist(), self.R.tolist(), self.location.tolist(), new, self.pixel_center)
+            return self._with_same_photo(self._of(pinhole, self.up))
         return self.pinhole().replace(K=K, size=new)
 
-    def pixel_map(self, source: Camera) -> npt.NDArray[np.float32]:
-        """The pixels [h, w, 2] of the picture of `source` that show what each pixel of this camera shows.
+    def pixel_map(self, source: Self) -> npt.NDArray[np.float32]:
+        """For each pixel of this camera, the pixel of `source` with the same ray: float32 [h, w, 2].
 
-        float32, in OpenCV's convention, for `cv2.remap(picture, map[..., 0], map[..., 1], ...)`; NaN where `source`
-        does not see it. Raises `CameraError` unless both cameras stand at the same place.
+        The map is in OpenCV's convention, for `cv2.remap(image, map[..., 0], map[..., 1], ...)`; NaN for rays outside
+        the view of `source`. Raises `CameraError` unless both cameras have the same centre.
         """
-        camera: Any = self
-        source = only_camera(source)
-        if camera.is_parallel or source.is_parallel or not np.allclose(camera.C, source.C, rtol=0, atol=1e-9):
-            raise CameraError("a map between pictures is of two cameras at one place")
-        origins, directions = camera.rays()
+        refuse_other_types(source)
+        if self.is_parallel or source.is_parallel or not np.allclose(self.C, source.C, rtol=0, atol=1e-9):
+            raise CameraError("pixel_map requires two cameras with the same centre C")
+        origins, directions = self.rays()
         points = (origins + directions).reshape(-1, 3)
         pixels, seen = source.project(points)
         pixels = np.where(seen[:, None], pixels, np.nan) - (source.corner + 0.5)
-        found: npt.NDArray[np.float32] = pixels.reshape((*directions.shape[:2], 2)).astype(np.float32)
-        return found
+        return pixels.reshape((*directions.shape[:2], 2)).astype(np.float32)
 
+    @property
+    def background(self) -> Background | None:
+        """The photo behind the rendered objects, which `raycam.render` shows where nothing is rendered; or None."""
+        found = self._core.background
+        if found is None:
+            return None
+        image, fit, camera = found
+        return Background(image, None if camera is None else self._of(camera, self._up), fit)
 
-def _behind(camera: Any, made: Camera) -> Camera:
-    """A copy of the camera with other intrinsics, behind which the same photograph is."""
-    behind = camera.background
-    if behind is None:
-        return made
-    if behind.fit == "exact" and behind.camera is None:
-        behind = Background(behind.image, camera)
-    return made.with_background(behind)
+    def with_background(self, background: Background | str | os.PathLike[str] | None) -> Self:
+        """Returns the same camera with a background: the path of a photo that the camera took, or a `Background`.
+
+        None removes the background. Raises `CameraError` for an array; pass arrays to
+        `raycam.render(..., background=array)` instead.
+        """
+        if background is None:
+            return self._of(self._core.with_background(None, False, None), self._up)
+        given = background if isinstance(background, Background) else Background(background)
+        camera = None if given.camera is None else given.camera._core
+        return self._of(self._core.with_background(given.file, given.fit == "cover", camera), self._up)
+
+    def _with_same_photo(self, copy: Self) -> Self:
+        """Returns the copy, which has other intrinsics, with this camera's background photo."""
+        photo = self.background
+        if photo is None:
+            return copy
+        if photo.fit == "exact" and photo.camera is None:
+            photo = Background(photo.image, self)
+        return copy.with_background(photo)
 
 
 def _require_k(table: dict[str, Any]) -> None:
     if "matrix" in table:
-        raise CameraError(
-            "this camera is given by its matrix and has no K of its own: use Camera.from_matrix"
-        )
+        raise CameraError("a camera created from a matrix P has no K to replace; use Camera.from_matrix")
 
 
-def _pinhole(camera: Any, K: Floats, size: tuple[int, int]) -> Camera:
-    made: Camera = type(camera)(K, camera.R, camera.C, size, pixel_center=camera.pixel_center, up=camera.up)
-    return made
-
-
-def _rectangles(camera: Any) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """The ranges of x and y on the plane z = 1: inside the border of the picture, and around it."""
+def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """The ranges of x and y on the plane z = 1: the largest within the image border, and the smallest around it."""
     width, height = camera.size
     first = camera.corner + 0.5
     u, v = np.arange(width) + first, np.arange(height) + first
@@ -213,10 +212,10 @@ def _rectangles(camera: Any) -> tuple[list[tuple[float, float]], list[tuple[floa
     planes = []
     for pixels in sides:
         directions = lying.rays(pixels)[1]
-        if not (directions[:, 2] > FORWARD).all():
+        if not (directions[:, 2] > MIN_FORWARD).all():
             raise CameraError(
-                "the border of the picture has no ray, or looks to the side or behind: crop it first (cropped), or "
-                "give a pinhole of your own (pinhole().replace(K=...))"
+                "pixels at the image border have no ray, or rays that point sideways or backwards; crop the image "
+                "first with cropped(), or choose the intrinsics yourself: pinhole().replace(K=...)"
             )
         planes.append(directions[:, :2] / directions[:, 2:])
     left, right, top, bottom = planes
@@ -224,5 +223,5 @@ def _rectangles(camera: Any) -> tuple[list[tuple[float, float]], list[tuple[floa
     everything = np.concatenate(planes)
     outer = list(zip(everything.min(axis=0), everything.max(axis=0), strict=True))
     if any(low >= high for low, high in inner):
-        raise CameraError("the border of the picture folds over itself: crop it first (cropped)")
+        raise CameraError("the lens folds the image border over itself; crop the image first with cropped()")
     return [(float(a), float(b)) for a, b in inner], [(float(a), float(b)) for a, b in outer]

@@ -3,54 +3,67 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
+import numpy as np
 import numpy.typing as npt
 
-from ..arguments import flag, floats
+from ..arguments import Floats, flag, floats
 from ..errors import CameraError
+from ..read_only import ReadOnlyDict
 from ._arguments import number
-from .asked import only_camera
-
-if TYPE_CHECKING:
-    from . import Camera
+from ._geometry import CameraGeometry, refuse_other_types
 
 __all__ = ["Optics"]
 
 Readout = Literal["down", "up", "right", "left"]
 
 
-class Optics:
+class Optics(CameraGeometry):
     """Copies of a `Camera` with other optics. Ground truth uses the middle of the aperture and of the exposure."""
 
     __slots__ = ()
 
     def _changed(self, **tables: Any) -> Self:
-        camera: Any = self
-        table = camera.to_dict() | tables
+        table = self.to_dict() | tables
         present = {name: value for name, value in table.items() if value is not None}
-        changed: Self = camera.from_dict(present, up=camera.up)
-        return changed
+        return self.from_dict(present, up=self.up)
 
-    def _table(self, name: str) -> dict[str, Any] | None:
-        camera: Any = self
-        table: dict[str, Any] | None = camera.to_dict().get(name)
-        return table
+    def _table(self, name: str, change: str) -> dict[str, Any] | None:
+        table: dict[str, Any] | None = self.to_dict().get(name)
+        if table is None:
+            return None
+        return ReadOnlyDict(table, f"cameras are read-only; {change} returns a changed camera", CameraError)
 
     @property
     def aperture(self) -> dict[str, Any] | None:
         """The aperture's `radius`, `focus`, `blades` and `rotation`; None for a pinhole."""
-        return self._table("aperture")
+        return self._table("aperture", "camera.with_aperture(...)")
 
     @property
     def vignetting(self) -> dict[str, Any] | None:
         """The vignetting's `cos4` and `polynomial`; None without vignetting."""
-        return self._table("vignetting")
+        return self._table("vignetting", "camera.with_vignetting(...)")
 
     @property
     def shutter(self) -> dict[str, Any] | None:
         """The shutter's `exposure`, `readout`, `direction` and `track` of poses; None without a shutter."""
-        return self._table("shutter")
+        return self._table("shutter", "camera.moving(...) or camera.exposing(...)")
+
+    @property
+    def times(self) -> Floats:
+        """The middle of each line's exposure, float64 [lines], in seconds relative to the world's time.
+
+        The world's time is the middle of the whole exposure. [0.0] without a rolling shutter.
+        """
+        shutter = self.shutter
+        if shutter is None or not shutter["readout"]:
+            return np.zeros(1)
+        width, height = self._core.size
+        lines = height if shutter["direction"] in ("down", "up") else width
+        fractions = (np.arange(lines) + 0.5) / lines - 0.5
+        backwards = shutter["direction"] in ("up", "left")
+        return (fractions[::-1] if backwards else fractions) * float(shutter["readout"])
 
     def with_aperture(
         self,
@@ -87,7 +100,7 @@ class Optics:
 
     def moving(
         self,
-        to: Camera | Sequence[tuple[float, Camera]],
+        to: Self | Sequence[tuple[float, Self]],
         *,
         exposure: float = 0.0,
         readout: float = 0.0,
@@ -129,8 +142,7 @@ class Optics:
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
         """The pose with K in place of a camera matrix."""
-        camera: Any = self
-        return {"K": camera.K.tolist(), **pose}
+        return {"K": self.K.tolist(), **pose}
 
     def still(self) -> Self:
         """The same camera at rest, at the middle of its motion."""
@@ -139,7 +151,7 @@ class Optics:
         return self._changed(shutter=None, **self._as_pose(_pose(self)))
 
 
-def _moment(given: Any) -> tuple[float, Camera]:
+def _moment(given: Any) -> tuple[float, Any]:
     """A time and a camera of a track."""
     try:
         time, camera = given
@@ -148,6 +160,6 @@ def _moment(given: Any) -> tuple[float, Camera]:
     return time, camera
 
 
-def _pose(camera: Any) -> dict[str, Any]:
-    camera = only_camera(camera)
+def _pose(camera: CameraGeometry) -> dict[str, Any]:
+    refuse_other_types(camera)
     return {"R": camera.R.tolist(), "C": camera.location.tolist()}

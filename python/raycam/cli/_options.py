@@ -154,11 +154,11 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     size, intrinsics = getattr(options, "size", None), None
     format, lens = getattr(options, "camera_format", None), getattr(options, "lens", None)
     if getattr(options, "intrinsics", None) is not None:
-        intrinsics = next(iter(load_cameras(options.intrinsics, size=size, lens=lens).values()))
+        intrinsics = next(iter(load_cameras(options.intrinsics, size=size, model=lens).values()))
         lens = None
     direction, axes = getattr(options, "direction", None), getattr(options, "axes", None)
     cameras = load_cameras(
-        path, format, size=size, intrinsics=intrinsics, lens=lens, direction=direction, axes=axes
+        path, format, size=size, intrinsics=intrinsics, model=lens, direction=direction, axes=axes
     )
     print_notices(cameras.notices)
     return cameras
@@ -339,7 +339,7 @@ def view(world: World, options: argparse.Namespace, *, moving: bool = False) -> 
 
     If the world is shown `moving`, all of its motion fits.
     """
-    from ..camera.asked import UNPOSED, is_unposed_within
+    from ..render.arguments import UNPOSED, is_unposed_within
     from ..world.framing import framing_camera, moments_of
 
     if is_framed(world, options):

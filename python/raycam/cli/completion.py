@@ -48,10 +48,10 @@ def _lists() -> dict[str, Iterable[str]]:
     """The values of options whose errors list them, by option, or by command and option."""
     from ..calibration import FORMATS, WRITTEN_FORMATS
     from ..camera._arguments import Model
-    from ..camera.asked import SIDES
     from ..dataset.formats import FORMATS as DATA_SETS
     from ..explanation import SUBJECTS
     from ..render import FILTERS, INTEGRATORS, channel_names
+    from ..render.arguments import SIDES
     from ..render.frame import VIEWS
 
     return {

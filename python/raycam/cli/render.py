@@ -217,7 +217,7 @@ def _picture(
     settings = {"view": "standard", **settings}  # of a frame that looks like its background
     clear = one("rendering", names, {**settings, "transparent_background": True})
     bare, _ = dressed(world, camera, options, dict(settings))
-    if bare._bare is not None:
+    if bare.without_studio is not bare:
         clear = studio_shadow(clear, one("shadows", ["color"], dict(settings)))
     return over(clear, behind, keep=names)
 

@@ -157,7 +157,7 @@ def _view_world(options: argparse.Namespace) -> None:
 
 def _add_cameras(world: World, options: argparse.Namespace) -> None:
     """Adds the cameras of `--cameras` to the world."""
-    from ..camera.asked import UNPOSED, is_unposed_within
+    from ..render.arguments import UNPOSED, is_unposed_within
     from ..world.load import load
 
     if options.cameras is None:

@@ -8,15 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import JobError
+from ..errors import JobError, Notice
 from ..io.temp_stream import Piece
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, Progress, register
 from ..randomize import Recipe
+from ..sensors import describe_sensor, read_sensor
 from ..world import World
 from .formats import FORMATS
 from .per_world import each_make
 from .plan import Plan, View
+from .sensor_files import sensor_files
 
 __all__ = ["job_package", "record_name", "unit_maker"]
 
@@ -41,6 +43,10 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         "times": [shot.time for shot in plan.shots],
         "views": len(plan.shots),
     }
+    if any(shot.sensors for shot in plan.shots):
+        settings["sensors"] = [
+            {name: describe_sensor(sensor) for name, sensor in shot.sensors.items()} for shot in plan.shots
+        ]
     if plan.rigs:
         settings["rigs"] = [shot.rig for shot in plan.shots]
     for key in ("label", "image"):
@@ -75,7 +81,8 @@ def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
         plan.watch = progress
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
-        return {**parts, record_name(number): json.dumps(known).encode()}, []
+        samples = sensor_files(plan, number, kind.units(plan))
+        return {**parts, **samples, record_name(number): json.dumps(known).encode()}, []
 
     return make
 
@@ -91,9 +98,13 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
         triples = zip(cameras, settings["times"], rigs, strict=True)
         nothing = [None] * len(cameras)
         names = zip(settings.get("labels", nothing), settings.get("images", nothing), strict=True)
+        sensors = [
+            {name: read_sensor(table) for name, table in tables.items()}
+            for tables in settings.get("sensors", [{}] * len(cameras))
+        ]
         shots = [
-            View(camera, time, rig=rig, label=label, image=image)
-            for (camera, time, rig), (label, image) in zip(triples, names, strict=True)
+            View(camera, time, rig=rig, label=label, image=image, sensors=own)
+            for (camera, time, rig), (label, image), own in zip(triples, names, sensors, strict=True)
         ]
         return Plan(world, shots, rendering, options, threads)
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])

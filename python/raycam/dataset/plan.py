@@ -21,6 +21,7 @@ from ..io.temp_stream import Piece
 from ..randomize import Recipe
 from ..render import render
 from ..render.frame import Frame
+from ..sensors import Sensor
 from ..world import Object, World
 
 __all__ = [
@@ -86,6 +87,8 @@ class View:
     """The name of the camera where it was given with one."""
     image: str | None = None
     """The name of the camera's picture in the file that the camera is from."""
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    """Sensors to sample at the time of this view, by name."""
 
 
 class Plan:
@@ -327,14 +330,14 @@ def png(pixels: npt.NDArray[Any]) -> bytes:
 
 def k_with_half_centers(camera: Camera) -> npt.NDArray[np.float64]:
     """The intrinsics K with the centre of the first pixel at (0.5, 0.5)."""
-    k = camera.K
+    k = camera.K.copy()
     k[:2, 2] -= camera.corner
     return k
 
 
 def k_with_integer_centers(camera: Camera) -> npt.NDArray[np.float64]:
     """The intrinsics K with the centre of the first pixel at (0, 0)."""
-    k = camera.K
+    k = camera.K.copy()
     k[:2, 2] -= 0.5 + camera.corner
     return k
 

@@ -19,7 +19,6 @@ import numpy as np
 from ..arguments import whole
 from ..calibration import Cameras
 from ..camera import Camera
-from ..camera.asked import UNPOSED, is_unposed_within, world_of
 from ..cluster.pools import make_pool
 from ..errors import Notice, SettingsError, nearest
 from ..io import atomic_files
@@ -28,6 +27,7 @@ from ..jobs.worker import FrameResult
 from ..notices import distinct, warn, warn_all
 from ..randomize import Recipe
 from ..render import render
+from ..render.arguments import UNPOSED, is_unposed_within, world_of
 from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
@@ -73,7 +73,7 @@ def views(
     Without `cameras`, a world with a video has one view per frame; another world has a view for each of its cameras, or
     one for its default camera. `times` in seconds, one for each camera, are times of the world's video. A `Rig` among
     the cameras has one time and gives one view for each of its cameras. A single rig moves with the world's video, if
-    any.
+    any. The sensors of a rig that are not cameras are sampled once for each pose of the rig.
     """
     if isinstance(cameras, Rig):
         rig = cameras
@@ -99,7 +99,11 @@ def views(
     images = cameras.images if isinstance(cameras, Cameras) else {}
     for number, (item, moment, label) in enumerate(zip(chosen_cameras, moments, labels, strict=True)):
         if isinstance(item, Rig):
-            found += [View(camera, moment, rig=(number, name), label=name) for name, camera in item.items()]
+            # The other sensors of a rig are sampled once for each pose, with the rig's first view.
+            others = {name: one for name, one in item.sensors.items() if not isinstance(one, Camera)}
+            for place, (name, camera) in enumerate(item.items()):
+                own = others if place == 0 else {}
+                found.append(View(camera, moment, rig=(number, name), label=name, sensors=own))
         else:
             found.append(View(item, moment, label=label, image=images.get(label or "")))
     return found
@@ -128,6 +132,10 @@ def write(
     `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
     pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
     all objects are labelled "object". The formats and their options:
+
+    With any format, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the rig
+    and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view. The file contains the
+    sensor's arrays, "world_from_sensor" and "times".
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +16,10 @@ from .. import _core, reference
 from ..reference.units import Floats
 from ..render import render
 from .digits import number, srgb, vector
+from .steps import Candidate, PixelSteps
 from .svg import MONO, Label, Svg
 from .text import EDGES, name
 from .view import Box, choose_viewpoint, fit_to_box, plane_grid, unit, view
-
-if TYPE_CHECKING:
-    from . import Candidate, Explanation
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
 RAY, CAMERA, EDGE, TO_G, CROSSING, NORMAL = "#d9381e", "#0b7a75", "#2456c8", "#8e3ab5", "#e08a00", "#3f7d20"
@@ -30,7 +27,7 @@ WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 930.0, 24.0, 34.0
 ZOOMED = 11
 
 
-def figure(e: Explanation) -> str:
+def figure(e: PixelSteps) -> str:
     """The figure as SVG text."""
     picture = render(e.world, e.camera, integrator="flat", samples=1, channels="color").to_srgb8()
     svg = Svg(WIDTH, HEIGHT)
@@ -66,7 +63,7 @@ def figure(e: Explanation) -> str:
     return svg.text_of()
 
 
-def heading(svg: Svg, e: Explanation) -> None:
+def heading(svg: Svg, e: PixelSteps) -> None:
     """Draws the heading: the pixel, its colour and the triangle."""
     r, g, b = srgb(e.color)
     svg.rectangle(MARGIN, 20, 32, 32, f"#{r:02x}{g:02x}{b:02x}", RULE)
@@ -86,7 +83,7 @@ def panel(svg: Svg, box: Box, title: str) -> Box:
     return Box(box.x, box.y + HEADING, box.width, box.height - HEADING)
 
 
-def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.uint8]) -> None:
+def marked_picture(svg: Svg, box: Box, e: PixelSteps, picture: npt.NDArray[np.uint8]) -> None:
     """Draws the picture with a cross at the pixel, and an enlargement of the pixels around it."""
     box = box.inner(14)
     width, height = e.camera.size
@@ -129,7 +126,7 @@ def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.u
     svg.dot(middle, 2, RAY, "#ffffff", 1)
 
 
-def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
+def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     """Draws the camera, the ray, the plane, the triangle, g, u and the crossings from the side."""
     d, forward = unit(e.r), e.forward
     known = np.array([c.a, c.b, c.c, c.f, c.g])
@@ -265,7 +262,7 @@ def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
         svg.line(middle - slant, middle + slant, RAY, 1.8)
 
 
-def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
+def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     """Draws the inside test in the triangle's plane, seen from the camera's side and in the camera's orientation."""
     front = c.n / float(reference.length(c.n)) * (1 if c.n @ e.r < 0 else -1)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]])
@@ -305,7 +302,7 @@ def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     svg.labels(labels, strokes, (box.x + 4, box.y, box.width - 8, box.height - 4))
 
 
-def numbers(svg: Svg, box: Box, e: Explanation, c: Candidate | None) -> None:
+def numbers(svg: Svg, box: Box, e: PixelSteps, c: Candidate | None) -> None:
     """Draws the formulas with their numbers."""
     rows: list[tuple[str, str, str]] = [("x", vector(e.x, 4), RAY), ("C", vector(e.C, 4), CAMERA)]
     if e.lens is None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from ..world import World
 from .digits import number, vector
 from .lighting import ray_of, surface_at
 from .probe import emitted, facing_light, lit_world, only_light, radiance
-
-if TYPE_CHECKING:
-    from . import Explanation
+from .steps import PixelSteps
 
 __all__ = ["Bounce", "LightPath", "light_path"]
 
@@ -61,7 +58,7 @@ class LightPath:
         return "\n".join(_text(self))
 
 
-def light_path(explanation: Explanation, seed: int = 0, max_bounces: int = 5) -> LightPath:
+def light_path(explanation: PixelSteps, seed: int = 0, max_bounces: int = 5) -> LightPath:
     """A path from an explained pixel of at most `max_bounces` points, its directions chosen by `seed`.
 
     Directions are drawn by the cosine to the normal (Lambert); a weight is then reflectance times π. What is seen in

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,7 @@ from ..reference.units import Floats
 from ..world import World
 from .digits import number, srgb, vector
 from .probe import Estimate, emitted, lit_world, only_light, radiance
-
-if TYPE_CHECKING:
-    from . import Explanation
+from .steps import PixelSteps
 
 __all__ = ["LightTerm", "Lighting", "Surface", "lighting", "material_of", "surface_at"]
 
@@ -102,7 +100,7 @@ class Lighting:
         return "\n".join(_text(self))
 
 
-def lighting(explanation: Explanation, samples: int = 256) -> Lighting:
+def lighting(explanation: PixelSteps, samples: int = 256) -> Lighting:
     """The light of an explained pixel; lights with an extent by `samples` samples."""
     world = lit_world(explanation.world, explanation.camera)
     origin, direction = ray_of(explanation)
@@ -126,7 +124,7 @@ def lighting(explanation: Explanation, samples: int = 256) -> Lighting:
     )
 
 
-def ray_of(explanation: Explanation) -> tuple[Floats, Floats]:
+def ray_of(explanation: PixelSteps) -> tuple[Floats, Floats]:
     """Start and unit direction of the pixel's ray, in the world."""
     units, r = explanation.units, explanation.r
     return units.origin + units.scale * explanation.C, r / np.linalg.norm(r)

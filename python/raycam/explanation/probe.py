@@ -67,7 +67,7 @@ def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
 
 def lit_world(world: World, camera: Camera) -> World:
     """The world with the lights by which `render` shows it: its own, or those of the studio where nothing shines."""
-    return world._in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
+    return world.in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
 
 
 def only_light(world: World, number: int | None) -> World:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,15 +14,12 @@ from ..reference.units import Floats
 from ..render import render
 from ..world import World
 from .digits import vector
-from .lighting import ray_of
+from .light_path import LightPath
+from .lighting import Lighting, ray_of
+from .steps import PixelSteps
 from .svg import Svg
+from .tree import TreeSearch
 from .view import Box
-
-if TYPE_CHECKING:
-    from . import Explanation
-    from .light_path import LightPath
-    from .lighting import Lighting
-    from .tree import TreeSearch
 
 __all__ = ["Line", "light_figure", "light_lines", "tree_figure", "tree_lines"]
 
@@ -63,7 +60,7 @@ def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]
     return lines
 
 
-def tree_lines(explanation: Explanation, search: TreeSearch) -> list[Line]:
+def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
     """The edges of the opened boxes, those of the same level in one colour, and the ray up to the triangle."""
     units, lines = explanation.units, []
     for box in search.boxes[:BOXES]:
@@ -76,7 +73,7 @@ def tree_lines(explanation: Explanation, search: TreeSearch) -> list[Line]:
     return [*lines, Line("", RAY, np.array([origin, origin + reach * direction]))]
 
 
-def light_figure(explanation: Explanation, lighting: Lighting, path: LightPath) -> str:
+def light_figure(explanation: PixelSteps, lighting: Lighting, path: LightPath) -> str:
     """The figure of the light as SVG text."""
     notes = [f"{term.name}: {vector(term.radiance, 3)}" for term in lighting.terms]
     sum_ = f"sum {vector(lighting.total, 4)}, the renderer {vector(lighting.rendered.value, 4)} W/(m² sr)"
@@ -91,7 +88,7 @@ def light_figure(explanation: Explanation, lighting: Lighting, path: LightPath) 
     )
 
 
-def tree_figure(explanation: Explanation, search: TreeSearch) -> str:
+def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
     """The figure of the tree as SVG text."""
     notes = [
         f"{search.triangles:,} triangles; tested are {search.tested_boxes:,} boxes "
@@ -102,7 +99,7 @@ def tree_figure(explanation: Explanation, search: TreeSearch) -> str:
 
 
 def _figure(
-    e: Explanation, title: str, lines: list[Line], notes: list[str], marks: list[tuple[str, Floats]]
+    e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[tuple[str, Floats]]
 ) -> str:
     """Two panels, the picture and the view from the side, and notes below."""
     height = HEIGHT + 20 * max(0, len(notes) - 2)
@@ -191,7 +188,7 @@ def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     return np.asarray(255 - (255 - picture.astype(np.uint16)) * 5 // 8, np.uint8)
 
 
-def _side_camera(e: Explanation, lines: list[Line], size: tuple[int, int]) -> Camera:
+def _side_camera(e: PixelSteps, lines: list[Line], size: tuple[int, int]) -> Camera:
     """A camera that sees all lines from the side of the ray, and a little from above."""
     points = np.concatenate([line.points for line in lines])
     low, high = points.min(axis=0), points.max(axis=0)

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from .digits import DIGITS, number, srgb, vector
 from .lens import lens_section
-
-if TYPE_CHECKING:
-    from . import Candidate, Explanation
+from .steps import Candidate, PixelSteps
 
 EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
 
 
-def text(explanation: Explanation) -> str:
+def text(explanation: PixelSteps) -> str:
     """The text of all steps."""
     return "\n".join(
         [
@@ -30,7 +27,7 @@ def text(explanation: Explanation) -> str:
     )
 
 
-def title(e: Explanation) -> Iterator[str]:
+def title(e: PixelSteps) -> Iterator[str]:
     """The title and an introduction."""
     width, height = e.camera.size
     yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} picture, by the steps of the lecture"
@@ -44,7 +41,7 @@ def title(e: Explanation) -> Iterator[str]:
         yield f"{vector(e.units.origin)} of the world, in lengths of {number(e.units.scale)}."
 
 
-def ray_section(e: Explanation) -> Iterator[str]:
+def ray_section(e: PixelSteps) -> Iterator[str]:
     """The lines of steps 1 and 2, the ray."""
     if e.lens is not None:
         yield from lens_section(e.lens, e.C)
@@ -79,7 +76,7 @@ def ray_section(e: Explanation) -> Iterator[str]:
     yield "   The ray is f(t) = C + t r, and t > 0 is in front of the camera."
 
 
-def triangles_section(e: Explanation) -> Iterator[str]:
+def triangles_section(e: PixelSteps) -> Iterator[str]:
     """The lines of steps 3 and 4, the triangles."""
     yield ""
     yield f"2. FOR EACH TRIANGLE ({e.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE"
@@ -139,7 +136,7 @@ def triangle_section(c: Candidate) -> Iterator[str]:
         yield f"{count}f(t) is {'inside' if c.inside else 'outside'}."
 
 
-def color_section(e: Explanation) -> Iterator[str]:
+def color_section(e: PixelSteps) -> Iterator[str]:
     """The lines of step 5, the colour."""
     yield ""
     yield "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE"
@@ -160,7 +157,7 @@ def color_section(e: Explanation) -> Iterator[str]:
     yield f"   depth = t (v·r)           {number(e.depth)}, along the principal axis{aside(e)}"
 
 
-def aside(e: Explanation) -> str:
+def aside(e: PixelSteps) -> str:
     """The principal axis of a camera with a lens, which no step has named before."""
     return "" if e.lens is None else f" v = {vector(e.lens.forward)}"
 
@@ -170,7 +167,7 @@ def name(c: Candidate) -> str:
     return f'triangle {c.triangle} of object {c.instance} "{c.object_name}"'
 
 
-def outcome(c: Candidate, e: Explanation) -> str:
+def outcome(c: Candidate, e: PixelSteps) -> str:
     """The outcome of a candidate as text: the closest hit, a farther hit, or a miss."""
     if c is e.winner:
         said = "inside, and the closest: it colours the pixel"

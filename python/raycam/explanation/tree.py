@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,7 @@ from .. import reference
 from ..reference.units import Bools, Floats
 from .all_triangles import BLOCK, Indices
 from .digits import number, vector
-
-if TYPE_CHECKING:
-    from . import Explanation
+from .steps import PixelSteps
 
 __all__ = ["Box", "TreeSearch", "entered", "tree_search"]
 
@@ -73,7 +70,7 @@ class TreeSearch:
         return "\n".join(_text(self))
 
 
-def tree_search(explanation: Explanation) -> TreeSearch:
+def tree_search(explanation: PixelSteps) -> TreeSearch:
     """The search of an explained pixel's ray through all triangles of its world."""
     world_corners = np.asarray(explanation.world.triangles(), np.float64)
     lows, highs, middles = _extents(world_corners, explanation.units.points)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import reference
 from ..camera import Camera
 from ..reference.units import Floats
-
-if TYPE_CHECKING:
-    from . import Candidate
+from .steps import Candidate
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ A kind of job is a function `factory(world, settings, threads)`, given to `jobs.
 `make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are relative to the
 folder, with `/` between folders. An index of all frames is made by the caller of `run`, from `finished()`.
 
-In the folder, `.raycam/` holds `job.json` (a readable description), `package` (the complete package), `ledger.jsonl`
+In the folder, `.raycam/` holds `job.json` (a readable description), `package` (the complete package), `journal.jsonl`
 (the journal: finished frames with the hashes of their files; one more for each shard), and `failed/` (logs of failed
 frames). All other files are results. A file with its final name is complete: results are written to a temporary name,
 synced, renamed, and their folder is synced, before the journal records them.

@@ -88,7 +88,7 @@ class Job:
         assert there is not None
         self.description: dict[str, Any] = there
         """The contents of `job.json`: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
-        self._ledgers: list[Path] = []
+        self._journals: list[Path] = []
         self._offsets = array("q", [NOT_DONE]) * self.description["frames"]
         self._failed: dict[int, str] = {}
         self._damaged: list[tuple[Path, int]] = []
@@ -203,7 +203,7 @@ class Job:
             todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
             failed = sum(frame in self._failed for frame in asked)
             done = len(asked) - len(todo) - failed
-            path = self._state / f"ledger{name}.jsonl"
+            path = self._state / f"journal{name}.jsonl"
             package = str((self._state / "package").resolve())
             if todo:
                 pool.open(self.package, package)
@@ -211,8 +211,8 @@ class Job:
             tasks = (FrameTask(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
             self._erase_damaged(path)
             with Journal(path) as book, contextlib.closing(schedule(pool, tasks)) as outcomes:
-                if path not in self._ledgers:
-                    self._ledgers.append(path)
+                if path not in self._journals:
+                    self._journals.append(path)
                 tell(done, len(asked), failed)
                 for outcome in outcomes:
                     if isinstance(outcome, FailedFrame):
@@ -221,7 +221,7 @@ class Job:
                     else:
                         stamps = self._results.store(outcome.files, scratch)
                         place = book.add(JournalEntry(outcome.frame, stamps, seconds=outcome.seconds))
-                        self._offsets[outcome.frame] = self._ledgers.index(path) << OFFSET_BITS | place
+                        self._offsets[outcome.frame] = self._journals.index(path) << OFFSET_BITS | place
                         done += 1
                         notices.update(dict.fromkeys(outcome.notices))
                         if finished is not None:
@@ -277,7 +277,7 @@ class Job:
                 raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
             if not package.exists_in(path):
                 if there is None:  # journals of an earlier job in this folder do not belong to this one
-                    for book in self._state.glob("ledger*.jsonl"):
+                    for book in self._state.glob("journal*.jsonl"):
                         book.unlink()
                 atomic_files.write(path, package.to_bytes(), scratch)
             if there is None:
@@ -287,14 +287,14 @@ class Job:
 
     def _read(self) -> None:
         """Reads the journals; an entry counts only if its files exist."""
-        self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
+        self._journals = sorted(self._state.glob("journal*.jsonl"))
         for index in range(len(self._offsets)):
             self._offsets[index] = NOT_DONE
         self._failed.clear()
         self._damaged.clear()
         for place, entry in self._entries():
             if entry is None:
-                self._damaged.append((self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK))
+                self._damaged.append((self._journals[place >> OFFSET_BITS], place & OFFSET_MASK))
             elif entry.error is not None:
                 self._failed[entry.frame] = entry.error
             elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
@@ -306,13 +306,13 @@ class Job:
         for path, place in self._damaged:
             with contextlib.ExitStack() as held, contextlib.suppress(JobError):
                 if path != own:
-                    lock = path.with_name(path.stem.replace("ledger", "lock"))
+                    lock = path.with_name(path.stem.replace("journal", "lock"))
                     held.enter_context(hold_lock(lock, self.folder, patience=0.0))
                 journal.erase_line(path, place)
 
     def _entries(self) -> Iterator[tuple[int, JournalEntry | None]]:
         """Iterates over the entries of the journals with their positions, oldest first; None for a damaged line."""
-        for number, path in enumerate(self._ledgers):
+        for number, path in enumerate(self._journals):
             for place, entry in journal.read(path):
                 if entry is not None and not 0 <= entry.frame < len(self._offsets):
                     raise JobError(f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}")
@@ -325,7 +325,7 @@ class Job:
         return self._entry_at(place)
 
     def _entry_at(self, place: int) -> JournalEntry:
-        return journal.read_entry(self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK)
+        return journal.read_entry(self._journals[place >> OFFSET_BITS], place & OFFSET_MASK)
 
     def _mark_failed(self, failed: FailedFrame, book: Journal, scratch: Path) -> None:
         path = self.log(failed.frame)

@@ -38,7 +38,7 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
         if key in more:
             raise WorldError(f"{what}: {key} and calibration: the file {path.name} gives it already")
     try:
-        cameras = load_cameras(path, lens=row.get("lens"), up="y" if up == "y" else "z")
+        cameras = load_cameras(path, model=row.get("lens"), up="y" if up == "y" else "z")
         name = row.get("name")
         camera: Camera = next(iter(cameras.values())) if len(cameras) == 1 else cameras.find(str(name))
     except (Error, OSError) as fault:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Bools, Floats
-from ..camera import Background, Camera
+from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
 
 __all__ = ["picture_behind"]
@@ -63,7 +63,7 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     name, own = "the background" if array else os.fspath(given.image), (pixels.shape[1], pixels.shape[0])
     if given.fit == "cover":
         return (pixels if own == size else _covering(pixels, size)), notices
-    taker = given.camera
+    taker = None if given.camera is None else check_camera(given.camera)
     if taker is None:
         if own == size:
             return pixels, notices

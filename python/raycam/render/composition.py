@@ -11,14 +11,13 @@ import numpy.typing as npt
 from .. import _core
 from ..errors import SettingsError
 from ..notices import warn_all
+from ..world.studio import FLOOR
 from .background import picture_behind
 from .frame import Frame
 
-__all__ = ["FLOOR", "over", "shadow_ratio", "studio_shadow"]
+__all__ = ["over", "shadow_ratio", "studio_shadow"]
 
 Colors = npt.NDArray[np.float32]
-FLOOR = 0.62
-"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
 SHADE_NOISE = 0.04
 """The part of the light that a shadow in the studio takes at least: less is the noise of the samples."""
 DARK = 1e-9

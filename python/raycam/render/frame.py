@@ -31,10 +31,6 @@ CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _
 Channels = dict[str, npt.NDArray[Any]]
 
 
-PAGES: dict[str, Callable[..., Any]] = {}
-"""The functions `page`, `show` and `over`, which stand above this module: the package puts them here."""
-
-
 class Frame(Mapping[str, npt.NDArray[Any]]):
     """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
 
@@ -223,7 +219,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         `live=True` puts the `world` and raycam itself into the page, which then renders: orbit, channels, explanations.
         Returns the path of the page where it was opened in a browser.
         """
-        return PAGES["show"](self, **options)
+        from ..viewer.page import show
+
+        return show(self, **options)
 
     def over(self, background: Any) -> Frame:
         """The frame in front of a background: a colour, a picture's path, an array [h, w, 3], or a `raycam.Background`.
@@ -235,11 +233,14 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         opaque: color + (1 - alpha) shadow background in linear light. Raises `SettingsError` for a frame without
         opacity and for what is no background, `FormatError` and `OSError` for files.
         """
-        found: Frame = PAGES["over"](self, background)
-        return found
+        from .composition import over
+
+        return over(self, background)
 
     def _html(self, **options: Any) -> bytes:
-        return bytes(PAGES["page"](self, **options), "utf-8")
+        from ..viewer.page import page
+
+        return bytes(page(self, **options), "utf-8")
 
     def to_png(
         self,

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
+from ..render.arguments import camera_of, world_of
 from .frame import CHANNELS, Frame
 from .render import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
 

@@ -10,8 +10,8 @@ from .. import _core
 from .._core import Cancel
 from ..arguments import whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
+from ..render.arguments import camera_of, world_of
 from .frame import Frame
 from .render import MAX_SAMPLES, Region, _region, channel_names, request_of
 

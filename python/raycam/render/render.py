@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from .._core import Cancel
 from ..arguments import flag, one_of, real, whole, words
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import Notice, SettingsError, nearest
 from ..notices import warn_all
+from ..render.arguments import camera_of, world_of
 from .composition import over, shadow_ratio, studio_shadow
 from .fireflies import firefly_notices
 from .frame import CHANNELS, VIEWS, Frame
@@ -209,7 +209,7 @@ class _Picture:
             names = list(dict.fromkeys([*names, *added]))
         said: list[Notice] = []
         if self.framed and "color" in names and is_unlit(world, camera, world.render_settings | chosen):
-            world = world._in_studio(camera, ground=not clear)
+            world = world.in_studio(camera, ground=not clear)
             chosen = studio_settings(world.render_settings | chosen)
             said = [STUDIO_NOTICE]
         if self.denoised:
@@ -369,9 +369,9 @@ def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels; of a world in the studio, ground truth is that of the world without the studio."""
-    bare, names = world._bare, request["channels"]
+    bare, names = world.without_studio, request["channels"]
     truth = [name for name in names if name not in SHADED]
-    if bare is None or not truth or request["transparent_background"]:
+    if bare is world or not truth or request["transparent_background"]:
         world.prepare(threads=request["threads"])
         return world._core.render(camera._core, request, progress)
     bare.prepare(threads=request["threads"])
@@ -395,7 +395,7 @@ def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, display: str
 ) -> list[Notice]:
     """The notices of `blank_notices` for a finished picture."""
-    seen = world if world._bare is None else world._bare
+    seen = world.without_studio
 
     def truth() -> Any:
         plain = PLAIN | {"samples": 1, "channels": ["instance"]}

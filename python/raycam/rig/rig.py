@@ -11,25 +11,28 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import DictSerializable
-from ..annotations.flow import disparity
-from ..arguments import Floats, one_of, product, several, word
+from ..arguments import Floats, one_of, product, word
 from ..camera import Camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
-from ..camera.asked import only_camera
 from ..errors import CameraError
 from ..io.html_form import html_table
-from ..render import channel_names, render
-from ..render.frame import Frame
+from ..read_only import ReadOnlyDict, read_only_array
+from ..sensors import Sensor, describe_sensor, read_sensor
+from ..sensors.sensor import require_sensor
 from ._rectify import rectified
 
 if TYPE_CHECKING:
+    from ..render.frame import Frame
     from ..world import World
 
 __all__ = ["Rig"]
 
 CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """The rotation camera_from_body of a camera that looks along the body's x axis, with the body's z axis up."""
+
+RIG_REMEDY = "rigs are read-only; rig.at_pose(R, C) returns a rig at another pose"
+"""The message of the error for changes of a rig's arrays."""
 
 
 class Rig(DictSerializable, Mapping[str, Camera]):
@@ -41,14 +44,16 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     body axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
     COLMAP's and KITTI's is the first camera.
 
-    Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position.
+    `cameras` may also contain other sensors (`raycam.Sensor`), whose pose is then body_from_sensor; `sensors` lists
+    them. Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position, and
+    `SettingsError` for an object that is not a sensor.
     """
 
-    __slots__ = ("_cameras", "_core", "_up")
+    __slots__ = ("_cameras", "_core", "_mounted", "_up")
 
     def __init__(
         self,
-        cameras: Mapping[str, Camera],
+        cameras: Mapping[str, Camera | Sensor],
         R: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         C: npt.ArrayLike = (0.0, 0.0, 0.0),
         *,
@@ -57,20 +62,25 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> None:
         if not isinstance(cameras, Mapping):
             raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
-        named = [
-            (word("the name of a camera", key), only_camera(camera)._core) for key, camera in cameras.items()
-        ]
-        self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), named), up)
+        named = {word("sensor names", key): item for key, item in cameras.items()}
+        mounts = [(key, item._core) for key, item in named.items() if isinstance(item, Camera)]
+        others = {
+            key: require_sensor(f"cameras[{key!r}]", item)
+            for key, item in named.items()
+            if not isinstance(item, Camera)
+        }
+        self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), mounts), up, others)
 
-    def _set(self, core: _core.Rig, up: str) -> None:
+    def _set(self, core: _core.Rig, up: str, mounted: Mapping[str, Sensor]) -> None:
         self._core = core
         self._up = checked_up(up)
+        self._mounted = dict(mounted)
         self._cameras = {name: Camera._of(camera, self._up) for name, camera in core.cameras()}
 
     @classmethod
-    def _of(cls, core: _core.Rig, up: str) -> Self:
+    def _of(cls, core: _core.Rig, up: str, mounted: Mapping[str, Sensor] | None = None) -> Self:
         rig = cls.__new__(cls)
-        rig._set(core, up)
+        rig._set(core, up, mounted or {})
         return rig
 
     @classmethod
@@ -120,12 +130,29 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
         Raises `WorldError` or `CameraError` with the key at fault.
         """
-        return cls._of(_core.Rig.from_dict(dict(description), checked_up(up)), up)
+        table = dict(description)
+        mounted = {str(row["name"]): read_sensor(row) for row in table.pop("sensor", ())}
+        return cls._of(_core.Rig.from_dict(table, checked_up(up)), up, mounted)
 
     def to_dict(self) -> dict[str, Any]:
-        """The rig as a `[rig]` table of a world file; `from_dict` restores the same rig to the last digit."""
+        """Returns the rig as a `[rig]` table of a world file; `from_dict` restores exactly the same rig.
+
+        Sensors that are not cameras are listed under "sensor", which world files do not support yet.
+        """
         description: dict[str, Any] = json.loads(self._core.to_json())
+        if self._mounted:
+            description["sensor"] = [
+                {"name": name, **describe_sensor(sensor)} for name, sensor in self._mounted.items()
+            ]
         return description
+
+    def _key(self) -> tuple[str, str]:
+        """The description by which rigs compare."""
+        return self._up, json.dumps(self.to_dict()) if self._mounted else self._core.to_json()
+
+    def _moved(self, core: _core.Rig) -> Self:
+        """Returns the rig with another body pose or motion, and the same sensors."""
+        return self._of(core, self._up, self._mounted)
 
     # Cameras ----------------------------------------------------------------------------------------------
 
@@ -144,7 +171,26 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     @property
     def mounts(self) -> dict[str, Camera]:
         """The cameras in body coordinates, by name."""
-        return {name: Camera._of(camera, "z") for name, camera in self._core.mounts()}
+        mounts = {name: Camera._of(camera, "z") for name, camera in self._core.mounts()}
+        return ReadOnlyDict(
+            mounts, "rigs are read-only; raycam.Rig(mounts, rig.R, rig.C) returns another rig", CameraError
+        )
+
+    @property
+    def sensors(self) -> dict[str, Sensor]:
+        """All sensors by name, in world coordinates: the cameras, then the others, at the middle of the body's motion.
+
+        As a mapping, the rig contains the cameras only.
+        """
+        found: dict[str, Sensor] = dict(self._cameras)
+        for name, sensor in self._mounted.items():
+            pose = sensor.pose
+            body_from_sensor, position = pose[:3, :3], pose[:3, 3]
+            R = product(body_from_sensor.T, self.R)
+            found[name] = sensor.at_pose(R, self.C + product(self.R.T, position))
+        return ReadOnlyDict(
+            found, "rigs are read-only; raycam.Rig(sensors, rig.R, rig.C) returns another rig", CameraError
+        )
 
     @property
     def name(self) -> str:
@@ -154,12 +200,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     @property
     def R(self) -> Floats:
         """The rotation body_from_world [3, 3]; for a moving body, at the middle of its motion."""
-        return np.array(self._core.r)
+        return read_only_array(self._core.r, RIG_REMEDY, CameraError)
 
     @property
     def C(self) -> Floats:
         """The body's position [3] in the world."""
-        return np.array(self._core.c)
+        return read_only_array(self._core.c, RIG_REMEDY, CameraError)
 
     @property
     def up(self) -> Up:
@@ -176,7 +222,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def shutter(self) -> dict[str, Any] | None:
         """`exposure`, `readout`, `direction` and the `track` of the body; None for a body at rest."""
         table: dict[str, Any] | None = self.to_dict().get("shutter")
-        return table
+        if table is None:
+            return None
+        return ReadOnlyDict(table, "rigs are read-only; rig.moving(...) returns a changed rig", CameraError)
 
     def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
         """The vector [3] from one camera's centre to another's, in the axes of the first, metres.
@@ -199,7 +247,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
         """The same rig at another pose: body_from_world [3, 3] and position [3]. The rig's motion moves along."""
-        return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
+        return self._moved(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)))
 
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
@@ -226,20 +274,20 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             "readout": number("readout", readout),
             "direction": direction,
         }
-        table = self.still().to_dict()
+        table: dict[str, Any] = json.loads(self.still()._core.to_json())
         if isinstance(to, Sequence):
             shutter["track"] = [{"time": number("time", time), "pose": _pose(rig)} for time, rig in to]
             del table["R"], table["C"]
         else:
             shutter["end"] = _pose(to)
-        return self._of(_core.Rig.from_dict({**table, "shutter": shutter}, self._up), self._up)
+        return self._moved(_core.Rig.from_dict({**table, "shutter": shutter}, self._up))
 
     def still(self) -> Self:
         """The same rig at rest, at the middle of its motion."""
-        table = self.to_dict()
+        table: dict[str, Any] = json.loads(self._core.to_json())
         if table.pop("shutter", None) is None:
             return self
-        return self._of(_core.Rig.from_dict({**table, **_pose(self)}, self._up), self._up)
+        return self._moved(_core.Rig.from_dict({**table, **_pose(self)}, self._up))
 
     # Pictures ---------------------------------------------------------------------------------------------
 
@@ -251,42 +299,16 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
+        """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
 
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
-        default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
-        `raycam.disparity`.
+        default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
-        asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
-        asked = [word("channel", name) for name in asked]
-        names = [name for name in asked if name != "disparity"]
-        found: dict[str, npt.NDArray[Any]] = {}
-        if len(names) < len(asked):
-            left, right = self.pair(*(pair or ()))
-            cameras, threads = (self[left], self[right]), options.get("threads")
-            found[left] = disparity(world, *cameras, of="left", threads=threads)["disparity"]
-            found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
-        plain = channel_names("all" if names == ["all"] else names or ["depth"])
-        frames = {}
-        for name, camera in self.items():
-            frame = render(world, camera, channels=plain, **options)
-            planes = {key: frame[key] for key in frame if names}
-            if name in found:
-                x, y, width, height = frame.region
-                planes["disparity"] = np.ascontiguousarray(found[name][y : y + height, x : x + width])
-            frames[name] = Frame(
-                planes,
-                camera=camera,
-                size=frame.size,
-                region=frame.region,
-                exposure=frame.exposure,
-                view=frame.view,
-                transparent=frame.transparent,
-                notices=frame.notices,
-            )
-        return frames
+        from ..annotations.rig_frames import render_rig
+
+        return render_rig(self, world, channels=channels, pair=pair, **options)
 
     def rectified(
         self,

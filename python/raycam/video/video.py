@@ -12,18 +12,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arguments import Floats, whole
 from ..camera import Camera
-from ..camera.asked import camera_of, world_of
 from ..errors import CameraError, Notice, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
+from ..render.arguments import camera_of, world_of
 from ..render.frame import Frame
 from ..render.old_names import current_names
 from ..rig import Rig
+from ..sensors import Sensor, sample_sensor
+from ..sensors.sensor import require_sensor
 from ..world import Animation, World
 from ..world.framing import framing_camera, moments_of
 from .files import check_video, open_video, picture_name
@@ -157,6 +160,26 @@ class VideoPlan:
             camera = self._camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
         return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+
+    def sample(
+        self, number: int, sensors: Mapping[str, Sensor] | Rig
+    ) -> dict[str, dict[str, npt.NDArray[Any]]]:
+        """Samples sensors at the time of frame `number`, from 0; returns their arrays by sensor and by name.
+
+        `sensors` are in world coordinates. The video moves a rig, whose `Rig.sensors` are sampled. The arrays include
+        "world_from_sensor" and "times", as in `raycam.sensors.sample_sensor`.
+        """
+        number = whole("frame", number, 0, len(self) - 1)
+        time = self.time(number)
+        moment = self._world.at(time, self._animation)
+        if isinstance(sensors, Rig):
+            rig = sensors if self._world.video is None else self._world.rig_at(sensors, time)
+            sensors = rig.sensors
+        threads = self._settings.get("threads")
+        return {
+            name: sample_sensor(require_sensor(name, sensor), moment, frame=number, threads=threads)
+            for name, sensor in sensors.items()
+        }
 
     def _camera_at(self, camera: Camera, time: float) -> Camera:
         """The camera, or the camera of the rig, as the video moves it, at a time in seconds."""

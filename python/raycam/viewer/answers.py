@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import threading
 import traceback
-from typing import Any
 
 from ..errors import Cancelled, Error, SettingsError
+from .client_messages import Copy, Explain, Film, Message, Open, Probe, Snapshot
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
 from .scheduler import failure
 from .session import Session
+from .session.copied import copied
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
-SLOW = ("explain", "snapshot", "copy", "film", "open")
+SLOW = (Explain, Snapshot, Copy, Film, Open)
 """The messages whose answers take their time."""
 AT_ONCE = 4
 """Answers that are made at the same time, of all clients."""
@@ -32,18 +33,16 @@ class Answers:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._waiting: list[tuple[Session, dict[str, Any]]] = []
+        self._waiting: list[tuple[Session, Message]] = []
         self._busy: list[Session] = []
         self._threads = 0
         self._ends = False
 
-    def queue_message(self, session: Session, message: dict[str, Any]) -> None:
+    def queue_message(self, session: Session, message: Message) -> None:
         """Answers a message when its turn comes; with a notice where too many of its client wait."""
         with self._changed:
             if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:
-                session.send_message(
-                    {"type": "notice", "text": "One thing after the other: answers are being made."}
-                )
+                session.notify("Too many requests at once: wait for the answers first.")
                 return
             self._waiting.append((session, message))
             if self._threads < AT_ONCE and not self._ends:
@@ -60,7 +59,7 @@ class Answers:
         with self._changed:
             self._ends, self._waiting = True, []
             for session in self._busy:
-                session.film_stop.set()
+                session.connection.film_stop.set()
             self._changed.wait_for(lambda: not self._busy, GRACE)
 
     def _run(self) -> None:
@@ -71,13 +70,13 @@ class Answers:
                 answer(session, message)
             except Exception as fault:  # of raycam: the next answers are made all the same
                 traceback.print_exc()
-                session.send_message({"type": "error", "text": failure(fault)})
+                session.complain(failure(fault))
             finally:
                 with self._changed:
                     self._busy = [each for each in self._busy if each is not session]
                     self._changed.notify_all()
 
-    def _take(self) -> tuple[Session, dict[str, Any]] | None:
+    def _take(self) -> tuple[Session, Message] | None:
         """The next message of a client for whom nothing is made yet; None where there is none, and the thread ends."""
         with self._changed:
             for number, (session, _) in enumerate(self._waiting):
@@ -88,40 +87,44 @@ class Answers:
             return None
 
 
-def probe(session: Session, message: dict[str, Any]) -> None:
+def probe(session: Session, message: Probe) -> None:
     """Answers a probe."""
     with session.lock:
-        camera, still = session.camera, session.still
-    u, v = message["u"], message["v"]
-    if u >= camera.size[0] or v >= camera.size[1]:
+        view, still = session.view, session.images.still
+    camera = view.still_camera
+    if message.u >= camera.size[0] or message.v >= camera.size[1]:
         return
     still = still if still and still.size == camera.size else None
-    values = values_at(session.world, camera, still, u, v, session.object_names)
-    session.send_message({"type": "values", "id": message["id"], "u": u, "v": v, "values": values})
+    values = values_at(view.world, camera, still, message.u, message.v, view.object_names)
+    session.connection.send(
+        {"type": "values", "id": message.id, "u": message.u, "v": message.v, "values": values}
+    )
 
 
-def answer(session: Session, message: dict[str, Any]) -> None:
-    """Answers a message of `SLOW`; what goes wrong is told to the client."""
+def answer(session: Session, message: Message) -> None:
+    """Answers a message of `SLOW`, or sends the error to the client."""
+    view = session.view
     try:
-        with session.lock:
-            camera = session.camera
-        if message["type"] == "explain":
-            if message["u"] >= camera.size[0] or message["v"] >= camera.size[1]:
-                raise SettingsError("the pixel is not in the picture")
-            parts, lines = explained(session.world, camera, message["u"], message["v"])
-            session.send_message({"type": "explained", **parts})
-            session.show_lines(lines)
-        elif message["type"] == "copy":
-            session.send_message({"type": "copied", "text": session.copied(message["format"])})
-        elif message["type"] == "open":
-            session.open_upload(message["name"])
-        else:
-            if message["type"] == "film":
-                name, media, data = film(session, message["seconds"], message["degrees"])
-            else:
-                name, media, data = snapshot(session, message["format"])
-            session.send_message({"type": "file", "name": name, "media": media}, [data])
+        if isinstance(message, Explain):
+            if message.u >= view.size[0] or message.v >= view.size[1]:
+                raise SettingsError(f"pixel {message.u}, {message.v} is outside of the image")
+            parts, lines = explained(view.world, view.still_camera, message.u, message.v)
+            session.connection.send({"type": "explained", **parts})
+            session.show_rays(lines, view.world)
+        elif isinstance(message, Copy):
+            text = copied(view, message.format, session.images.samples_of(view), session.notify)
+            session.connection.send({"type": "copied", "text": text})
+        elif isinstance(message, Open):
+            session.open_upload(message.name)
+        elif isinstance(message, Film):
+            _send_file(session, *film(session, message.seconds, message.degrees))
+        elif isinstance(message, Snapshot):
+            _send_file(session, *snapshot(session, message.format))
     except Cancelled as error:
-        session.send_message({"type": "notice", "text": f"{str(error).capitalize()}."})
+        session.notify(f"{str(error).capitalize()}.")
     except (Error, MemoryError, OSError) as error:
-        session.send_message({"type": "error", "text": str(error) or "out of memory"})
+        session.complain(str(error) or "out of memory")
+
+
+def _send_file(session: Session, name: str, media: str, data: bytes) -> None:
+    session.connection.send({"type": "file", "name": name, "media": media}, [data])

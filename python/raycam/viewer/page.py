@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import flag, numbers, one_of, several, word
-from ..camera.asked import world_of
 from ..errors import Notice, SettingsError
 from ..notices import warn_all
+from ..render.arguments import world_of
 from ..render.frame import CHANNELS, VIEWS
 from .web.document import assembled, json_text
 from .wire import DTYPES, data_url, pack

@@ -15,10 +15,9 @@ from ..explanation.lens import world_at_line
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
-from .scene.navigation import feet
 from .stills import truth
 
-__all__ = ["bounds_at", "explained", "explanation_parts", "ground_below", "point_at", "values_at"]
+__all__ = ["explained", "explanation_parts", "ground_below", "locate", "values_at"]
 
 
 def values_at(
@@ -58,35 +57,35 @@ def _json(number: float) -> float | str:
     return "NaN" if math.isnan(number) else "Infinity" if number > 0 else "-Infinity"
 
 
-def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
-    """The surface point [3] seen at a place of the picture, counted from its left top corner, or None."""
+def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
+    """The ray of a place in the image, in pixels from its top left corner, and what it hits.
+
+    `origin` and `direction` of the ray, the surface `point` and the `bounds` of its object; None for what is missing.
+    """
     pixel = np.array([u, v]) + camera.corner
     origin, direction = camera.rays(pixel)
+    found: dict[str, Any] = dict.fromkeys(("origin", "direction", "point", "bounds"))
     if not np.isfinite(direction).all():
-        return None
-    position = world_at_line(world, camera, pixel).cast_rays(origin, direction, threads=1)["position"]
-    return position if np.isfinite(position).all() else None
-
-
-def bounds_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
-    """The bounds [2, 3] of the object that is seen at a place of the picture, or None."""
-    pixel = np.array([u, v]) + camera.corner
-    origin, direction = camera.rays(pixel)
-    if not np.isfinite(direction).all():
-        return None
+        return found
+    found |= {"origin": origin.tolist(), "direction": direction.tolist()}
     there = world_at_line(world, camera, pixel)
-    instance = int(there.cast_rays(origin, direction, fields=("instance",), threads=1)["instance"])
-    if instance < 0:
-        return None
-    corners = there.triangles(instance).reshape(-1, 3)
-    return np.array([corners.min(axis=0), corners.max(axis=0)])
+    hit = there.cast_rays(origin, direction, fields=("position", "instance"), threads=1)
+    if int(hit["instance"]) >= 0:
+        corners = there.triangles(int(hit["instance"])).reshape(-1, 3)
+        found["point"] = hit["position"].tolist()
+        found["bounds"] = [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()]
+    return found
 
 
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:
-    """How far below a place [3] the highest ground within `foot` metres is; None above nothing."""
-    down = -np.eye(3)[2 if camera.up == "z" else 1]
-    starts = feet(camera, place, foot)
-    directions = np.broadcast_to(down, starts.shape).copy()
+    """The height of `place` [3] above the highest ground within `foot` metres; None if there is no ground below.
+
+    Several rays a foot apart bridge cracks that are narrower than a foot.
+    """
+    up = 2 if camera.up == "z" else 1
+    across = np.delete(np.eye(3), up, axis=0)
+    starts = place + foot * np.concatenate([np.zeros((1, 3)), across, -across])
+    directions = np.broadcast_to(-np.eye(3)[up], starts.shape).copy()
     found = float(world.cast_rays(starts, directions, fields=("t",), threads=1)["t"].min())
     return found if math.isfinite(found) else None
 

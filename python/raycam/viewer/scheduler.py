@@ -1,7 +1,7 @@
-"""The render thread: moving pictures first, then what rests, and nothing that is out of date.
+"""The render thread: moving images first, then still images, and nothing that is out of date.
 
-Next work is a moving picture of the session with the oldest change; else the shown channel of a session that came to
-rest; else a slice of more samples. A change of the session that is being rendered ends its picture.
+The next work is a moving image of the session with the oldest change; else the shown channel of a session at rest; else
+a slice of more samples. A change of the session that is being rendered cancels its image.
 """
 
 from __future__ import annotations
@@ -17,30 +17,33 @@ from ..notices import collected
 from ..render import render
 from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
-from .session import Session
-from .stills import SAMPLED, truth
+from .session import Session, View
+from .stills import SAMPLED, Refinement, truth
 from .wire import pack
 
-__all__ = ["IN_FLIGHT", "Scheduler", "failure"]
+__all__ = ["Scheduler", "failure"]
 
-IN_FLIGHT = 2
-"""Pictures that a client may not have acknowledged yet."""
-MOVING_QUALITY = 80  # of JPEG
-REST = 0.06  # seconds without a change after which a view rests: more than between two steps of a flight
-TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
-SHORTEST = 0.001  # seconds between them at least
+MOVING_QUALITY = 80
+"""The JPEG quality of moving images."""
+REST_S = 0.06
+"""Time without a change after which a view is at rest: longer than between two steps of a flight."""
+IDLE_S = 0.03
+"""Time between two looks for work, unless something wakes the thread."""
+MIN_WAIT_S = 0.001
+RETRY_S = 1.0
+"""Time before the next image after one that failed."""
 
 Work = Callable[[], None]
 
 
 def failure(error: Exception) -> str:
-    """The sentence for a client about a fault of raycam's own."""
+    """The sentence for a client about a fault in raycam itself."""
     kind = type(error).__name__
-    return f"raycam failed at this ({kind}: {error}); the terminal of the view has the details, please report them"
+    return f"raycam failed ({kind}: {error}): the terminal of the view shows the details; please report them"
 
 
 class Scheduler(threading.Thread):
-    """Renders for all sessions, one picture at a time."""
+    """Renders for all sessions, one image at a time."""
 
     def __init__(self, sessions: Callable[[], list[Session]]) -> None:
         super().__init__(name="raycam viewer", daemon=True)
@@ -53,14 +56,14 @@ class Scheduler(threading.Thread):
         self._wake.set()
 
     def end(self) -> None:
-        """Ends the thread, after the picture that it is at is stopped."""
+        """Ends the thread and cancels its image."""
         self._ends = True
         for session in self._sessions():
-            session.cancel.cancel()
+            session.images.cancel.cancel()
         self._wake.set()
 
     def run(self) -> None:
-        """Renders until it is ended."""
+        """Renders until `end`."""
         while not self._ends:
             chosen = self._next()
             if chosen is None:
@@ -75,180 +78,149 @@ class Scheduler(threading.Thread):
                 continue
             except (Error, MemoryError) as error:
                 self._failed(session, str(error) or "out of memory")
-            except Exception as error:  # a fault of raycam's: the other sessions go on
+            except Exception as error:  # a fault in raycam: the other sessions go on
                 traceback.print_exc()
                 self._failed(session, failure(error))
 
     def _failed(self, session: Session, text: str) -> None:
-        """Tells of a picture that could not be made, and waits with the next one."""
-        session.send_message({"type": "error", "text": text})
-        session.touched = time.monotonic() + 1.0
+        """Reports an image that failed, and waits before the next one."""
+        session.complain(text)
+        session.images.delay(RETRY_S)
 
     def _pause(self) -> float:
-        """Seconds until the next look for work: that until a view rests, if it is short."""
+        """Seconds until the next look for work: until a view rests, if that is soon."""
         now = time.monotonic()
-        left = [each.touched + REST - now for each in self._sessions()]
-        return max(SHORTEST, min([TICK, *(each for each in left if each > 0)]))
+        left = [each.images.touched + REST_S - now for each in self._sessions()]
+        return max(MIN_WAIT_S, min([IDLE_S, *(each for each in left if each > 0)]))
 
     def _next(self) -> tuple[Session, Work] | None:
         """The session and the work that come next."""
-        ready = [
-            each
-            for each in self._sessions()
-            if each.send is not None
-            and each.visible
-            and each.sent - each.acknowledged < IN_FLIGHT
-            and each.version
-        ]
-        moving = [each for each in ready if each.moved != each.version]
+        ready = [each for each in self._sessions() if each.connection.is_ready and each.images.version]
+        moving = [each for each in ready if each.images.is_moving]
         if moving:
-            session = min(moving, key=lambda each: each.touched)
+            session = min(moving, key=lambda each: each.images.touched)
             return session, lambda: self._move(session)
         now = time.monotonic()
-        for session in sorted(ready, key=lambda each: -each.touched):
-            if now - session.touched < REST:
+        for session in sorted(ready, key=lambda each: -each.images.touched):
+            images = session.images
+            if now - images.touched < REST_S:
                 continue
-            if session.channel not in SAMPLED and session.shown != (session.version, session.channel):
+            view = session.view
+            if view.channel not in SAMPLED and not images.is_shown(view.channel):
                 return session, lambda session=session: self._rest(session)
-            if (
-                session.channel in SAMPLED
-                and session.still is not None
-                and session.shown[0] != session.version
-            ):
+            if view.channel in SAMPLED and images.still is not None and not images.is_shown():
                 return session, lambda session=session: self._show_still(session)
-            if session.start_refinement().samples < session.most_samples():
+            if images.refinement_of(view).samples < images.samples_of(view):
                 return session, lambda session=session: self._refine(session)
         return None
 
     def _move(self, session: Session) -> None:
-        """One moving picture, of one sample and the size that fits."""
-        with session.lock:
-            version, still, channel = session.version, session.size, session.channel
-            camera, view, exposure = session.given, session.view, session.exposure
-            world = session.world
-        size = session.pace.size(still)
+        """Renders one moving image, with one sample, as large as the time allows."""
+        view, version = session.snapshot()
+        images = session.images
+        size = images.pace.size(view.size)
         started = time.perf_counter()
-        common: dict[str, Any] = {"ambient_occlusion": False, "threads": session.threads}
+        common: dict[str, Any] = {"ambient_occlusion": False, "threads": images.threads}
         frame = render(
-            world,
-            camera.resized(size),
-            integrator="direct" if channel in ("color", "error") else "flat",
-            samples=2 if channel == "error" else 1,
-            channels=channel,
+            view.world,
+            view.camera.resized(size),
+            integrator="direct" if view.channel in ("color", "error") else "flat",
+            samples=2 if view.channel == "error" else 1,
+            channels=view.channel,
             **common,
         )
         seconds = time.perf_counter() - started
-        session.pace.measured(size, seconds)
-        if channel == "color":
+        images.pace.measured(size, seconds)
+        if view.channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}
-            buffers = [encode_jpeg(frame.to_srgb8(exposure, view), MOVING_QUALITY)]
+            buffers = [encode_jpeg(frame.to_srgb8(view.exposure, view.transform), MOVING_QUALITY)]
         else:
-            header, data = pack(channel, frame[channel], level=1)
+            header, data = pack(view.channel, frame[view.channel], level=1)
             fields, buffers = {"encoding": "plane", "plane": header}, [data]
-        session.moved = version
-        self._send(session, version, fields, buffers, still=still, samples=1, seconds=seconds, moving=True)
+        images.mark_moved(version)
+        fields |= {"moving": True, "samples": 1, "rate": 0, "change": None}
+        self._send(session, view, version, fields, buffers, seconds)
 
     def _rest(self, session: Session) -> None:
-        """The shown channel of the exact rays, at full size."""
+        """Renders the shown channel of the exact rays, at full size."""
         with session.lock:
-            version, camera, channel, cancel = (
-                session.version,
-                session.camera,
-                session.channel,
-                session.cancel,
-            )
-            world = session.world
+            view, version, cancel = session.view, session.images.version, session.images.cancel
         started = time.perf_counter()
         frame = truth(
-            world,
-            camera,
-            (channel,),
-            threads=session.threads,
-            cancel=cancel,
+            view.world, view.still_camera, (view.channel,), threads=session.images.threads, cancel=cancel
         )
-        session.shown = (version, channel)
-        self._send_plane(session, version, frame, channel, 1, time.perf_counter() - started)
+        session.images.mark_shown(version, view.channel)
+        self._send_plane(session, view, version, frame, 1, time.perf_counter() - started)
 
     def _refine(self, session: Session) -> None:
-        """More samples."""
+        """Adds samples to the still image."""
+        images = session.images
         with session.lock:
-            version, refinement, channel = session.version, session.start_refinement(), session.channel
-            cancel = session.cancel
+            view, version, cancel = session.view, images.version, images.cancel
+            refinement = images.refinement_of(view)
         started = time.perf_counter()
         frame = refinement.step(cancel)
-        if frame is None or session.version != version:
+        if frame is None or not images.keep_still(version, frame):
             return
-        session.still = frame
-        session.send_message({"type": "about", **session.about()})
-        if channel in SAMPLED:
-            session.shown = (version, channel)
-            self._send_plane(
-                session, version, frame, channel, refinement.samples, time.perf_counter() - started
-            )
+        session.connection.send({"type": "about", **session.about()})
+        if view.channel in SAMPLED:
+            images.mark_shown(version, view.channel)
+            seconds = time.perf_counter() - started
+            self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
-            session.send_message({"type": "progress", "samples": refinement.samples})
+            session.connection.send({"type": "progress", "samples": refinement.samples})
 
     def _show_still(self, session: Session) -> None:
-        """The channel that is chosen now, of samples that are there already."""
+        """Sends the chosen channel of samples that exist already."""
+        images = session.images
         with session.lock:
-            version, frame, channel, samples = (
-                session.version,
-                session.still,
-                session.channel,
-                session.start_refinement().samples,
-            )
+            view, version, frame = session.view, images.version, images.still
+            refinement = images.refinement_of(view)
         if frame is not None:
-            session.shown = (version, channel)
-            self._send_plane(session, version, frame, channel, samples, 0.0)
+            images.mark_shown(version, view.channel)
+            self._send_plane(session, view, version, frame, refinement.samples, 0.0, refinement)
 
     def _send_plane(
-        self, session: Session, version: int, frame: Frame, channel: str, samples: int, seconds: float
+        self,
+        session: Session,
+        view: View,
+        version: int,
+        frame: Frame,
+        samples: int,
+        seconds: float,
+        refinement: Refinement | None = None,
     ) -> None:
-        header, data = pack(channel, frame[channel], level=1)
-        fields = {"encoding": "plane", "plane": header}
-        self._send(
-            session, version, fields, [data], still=frame.size, samples=samples, seconds=seconds, moving=False
-        )
+        """Sends a channel of a still image, with the samples per second and the change since half as many samples."""
+        header, data = pack(view.channel, frame[view.channel], level=1)
+        width, height = frame.size
+        rate, change = round(width * height / seconds) if seconds > 0 else 0, None
+        if refinement is not None:
+            rate, found = round(refinement.rate), refinement.change
+            change = None if found is None else {"share": round(found[0], 6), "since": found[1]}
+        fields = {"encoding": "plane", "plane": header, "moving": False, "samples": samples}
+        self._send(session, view, version, {**fields, "rate": rate, "change": change}, [data], seconds)
 
     def _send(
         self,
         session: Session,
+        view: View,
         version: int,
         fields: dict[str, Any],
         buffers: list[bytes],
-        *,
-        still: tuple[int, int],
-        samples: int,
         seconds: float,
-        moving: bool,
     ) -> None:
-        """Sends a picture, numbered for its acknowledgement."""
-        session.sent += 1
+        """Sends an image, numbered for its acknowledgement."""
+        width, height = view.size
         message = {
             "type": "picture",
-            "overlay": session.overlay(session.given.resized(still)),
-            "picture": session.sent,
+            "overlay": session.overlay(view),
+            "picture": session.connection.number_image(),
             "version": version,
-            "channel": session.channel if moving else fields["plane"]["name"],
-            "width": still[0],
-            "height": still[1],
-            "samples": samples,
-            "integrator": session.integrator,
+            "channel": view.channel,
+            "width": width,
+            "height": height,
+            "integrator": view.integrator,
             "ms": round(1000 * seconds, 1),
-            **_progress(session, moving, still, seconds),
-            "moving": moving,
             **fields,
         }
-        session.send_message(message, buffers)
-
-
-def _progress(session: Session, moving: bool, size: tuple[int, int], seconds: float) -> dict[str, Any]:
-    """The samples in a second, and how far a still picture has changed since half as many samples."""
-    refinement = session.refinement
-    if moving:
-        return {"rate": 0, "change": None}
-    if refinement is None or session.channel not in SAMPLED:
-        return {"rate": round(size[0] * size[1] / seconds) if seconds > 0 else 0, "change": None}
-    change = refinement.change
-    said = None if change is None else {"share": round(change[0], 6), "since": change[1]}
-    return {"rate": round(refinement.rate), "change": said}
+        session.connection.send(message, buffers)

@@ -20,7 +20,8 @@ from ..arguments import whole
 from ..errors import Error
 from . import gate
 from .answers import SLOW, Answers, probe
-from .messages import LONGEST, BadMessage, message_of, packed
+from .client_messages import Hello, Home, Lens, LookThrough, Move, Pose, Probe, Size, Time, Variant
+from .messages import MAX_MESSAGE_BYTES, BadMessage, packed, parse_message
 from .scheduler import Scheduler
 from .session import Session
 
@@ -33,8 +34,8 @@ MOST_CONNECTIONS = 32
 HANDSHAKE_TIME = 5.0  # seconds
 KEPT = 600.0  # seconds that a session waits for its client to come back
 QUEUED_IN = 8
-SHARED = ("nav", "camera", "time", "variant", "lens", "pose")
-"""The messages that all clients follow, where they look together."""
+SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
+"""The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
 MOST_PROBES = 60  # a second
 STRIKES = 3
@@ -142,14 +143,14 @@ class Server:
             compression=None,
             server_header=None,
             open_timeout=HANDSHAKE_TIME,
-            max_size=LONGEST,
+            max_size=MAX_MESSAGE_BYTES,
             max_queue=QUEUED_IN,
             logger=_silent(),
         ):
             self._started.set()
             await self._ending.wait()
             for session in self.sessions.values():
-                session.send_message({"type": "closing", "text": "The server has ended."})
+                session.connection.send({"type": "closing", "text": "The server has ended."})
             await asyncio.sleep(0.05)
         for session in self.sessions.values():
             session.uploads.close()
@@ -190,28 +191,27 @@ class Server:
         finally:
             sending.cancel()
             if session is not None:
-                session.send = None
-                self._left[session.id] = time.monotonic()
-                if all(each.send is None for each in self.sessions.values()):
+                session.connection.close()
+                self._left[session.connection.id] = time.monotonic()
+                if not any(each.connection.is_open for each in self.sessions.values()):
                     self.emptied = time.monotonic()
 
     async def _greeted(self, connection: Any, outgoing: asyncio.Queue[bytes]) -> Session | None:
         """The session of a client that says hello; None where it says something else, or there are too many."""
         try:
-            hello = message_of(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
-            if hello["type"] != "hello":
+            hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
+            if not isinstance(hello, Hello):
                 raise BadMessage("the first message is hello")
         except (BadMessage, TimeoutError) as error:
             await connection.close(POLICY_VIOLATION, str(error) or "the first message is hello")
             return None
-        session = self._session(hello["session"])
+        session = self._session(hello.session)
         if session is None:
             await connection.close(
                 TRY_AGAIN_LATER, f"{MOST_SESSIONS} clients are connected, as many as there may be"
             )
             return None
-        session.sent = session.acknowledged = 0
-        session.shown = (-1, "")
+        session.images.show_again()
         loop = asyncio.get_running_loop()
 
         def send(message: dict[str, Any], buffers: Sequence[bytes]) -> None:
@@ -219,18 +219,17 @@ class Server:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
-        session.send = send
+        session.connection.open(send)
         self.emptied = None
-        session.send_message(session.welcome())
-        session.send_message(session.edits.about())
-        session.receive({**hello, "type": "size"})
+        session.greet()
+        session.receive(Size(hello.width, hello.height, hello.ratio))
         self.scheduler.wake()
         return session
 
     def _session(self, resumed: str) -> Session | None:
         """The session that is resumed, or a new one; None where there are too many."""
         now = time.monotonic()
-        waiting = {id: left for id, left in self._left.items() if self.sessions[id].send is None}
+        waiting = {id: left for id, left in self._left.items() if not self.sessions[id].connection.is_open}
         if resumed in waiting:
             self._left.pop(resumed)
             return self.sessions[resumed]
@@ -243,7 +242,7 @@ class Server:
         if full:
             return None
         session = self._make_session()
-        self.sessions[session.id] = session
+        self.sessions[session.connection.id] = session
         return session
 
     async def _listen(self, connection: Any, session: Session) -> None:
@@ -252,32 +251,31 @@ class Server:
         try:
             async for data in connection:
                 try:
-                    message = message_of(data)
-                    kind = message["type"]
-                    if kind == "hello":
-                        raise BadMessage("hello is said once")
-                    if kind == "probe":
+                    message = parse_message(data)
+                    if isinstance(message, Hello):
+                        raise BadMessage("hello: a connection sends it once")
+                    if isinstance(message, Probe):
                         now = time.monotonic()
                         if now - probes[0] > 1.0:
                             probes = [*probes[1:], now]
                             await asyncio.to_thread(probe, session, message)
-                    elif kind in SLOW:
+                    elif isinstance(message, SLOW):
                         self.answers.queue_message(session, message)
                     else:
                         session.receive(message)
-                        if self._follow and kind in SHARED:
+                        if self._follow and isinstance(message, SHARED):
                             for other in self.sessions.values():
                                 if other is not session:
                                     other.follow(session)
                         self.scheduler.wake()
                 except BadMessage as error:
                     strikes += 1
-                    session.send_message({"type": "error", "text": str(error)})
+                    session.complain(str(error))
                     if strikes >= STRIKES:
                         await connection.close(POLICY_VIOLATION, "too many messages that are none")
                         break
                 except Error as error:
-                    session.complain(error)
+                    session.complain(str(error))
         finally:
             self.answers.forget(session)
 

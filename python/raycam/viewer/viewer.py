@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera
-from ..camera.asked import world_of
 from ..errors import SettingsError
 from ..notices import collected
 from ..render import render
+from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
 from .saved_frames import is_frame, load_frame
@@ -80,7 +80,7 @@ class Viewer:
             samples = whole("samples", samples, 1, 1 << 16)
         threads = thread_count(threads)
         self._edits = Edits(world, allowed=edit)
-        self._camera = world.default_camera() if camera is None else camera
+        self._camera = camera
         self._options: dict[str, Any] = {
             "title": title,
             "integrator": integrator,
@@ -90,13 +90,13 @@ class Viewer:
             "source": None if source is None else Path(source).absolute(),
             "added": frozenset(added),
             "allows_open": allow_open,
-            "start": start,
+            "start": None if start is None else dict(start),
             "picked": self._pick,
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
-        Session(Edits(world), self._camera, **self._options)  # raises for what there is not
+        self._first = Session(Edits(world), self._camera, **self._options)  # raises for unknown values
         self._server: Server | None = None
         self._widget: Any = None
         if cell:
@@ -127,20 +127,20 @@ class Viewer:
             )
         return self._server.url
 
-    def _sessions(self) -> list[Session]:
+    def _last(self) -> Session | None:
+        """The session that was used last."""
         holder = self._widget.views if self._server is None else self._server
-        return list(holder.sessions.values())
+        return max(holder.sessions.values(), key=lambda each: each.images.touched, default=None)
 
     @property
     def camera(self) -> Camera:
         """The camera of the client that was used last, in its own size; the one given where there is none."""
-        sessions = self._sessions()
-        return max(sessions, key=lambda each: each.touched).given if sessions else self._camera
+        return (self._last() or self._first).view.camera
 
     def frame(self) -> Frame | None:
         """The newest still picture of the client that was used last: colour, alpha and coverage."""
-        sessions = self._sessions()
-        return max(sessions, key=lambda each: each.touched).still if sessions else None
+        last = self._last()
+        return None if last is None else last.images.still
 
     def wait(self, *, exit_when_closed: bool = False) -> None:
         """Waits until it is closed, or until 5 seconds after its last client has left; not for a cell."""
@@ -160,8 +160,7 @@ class Viewer:
         return function
 
     def _pick(self, session: Session, u: int, v: int) -> None:
-        with session.lock:
-            world, camera = session.world, session.camera
+        world, camera = session.view.world, session.view.still_camera
         is_inside = u < camera.size[0] and v < camera.size[1]
         if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
             self._telling.submit(self._tell, world, camera, u, v)
@@ -209,13 +208,14 @@ class Viewer:
 
     def _first_picture(self) -> Frame:
         """The picture of the camera, the longer side of `FIRST_SIDE` pixels."""
-        scale = FIRST_SIDE / max(self._camera.size)
-        width, height = (max(1, round(side * scale)) for side in self._camera.size)
+        view = self._first.view
+        scale = FIRST_SIDE / max(view.camera.size)
+        width, height = (max(1, round(side * scale)) for side in view.camera.size)
         quick: dict[str, Any] = {"integrator": "direct", "samples": 4, "ambient_occlusion": False}
         with collected():
             return render(
-                self.world,
-                self._camera.resized((width, height)),
+                view.world,
+                view.camera.resized((width, height)),
                 channels="color",
                 threads=self._options["threads"],
                 **quick,

@@ -13,7 +13,8 @@ from typing import Any
 from ..errors import Error
 from .answers import SLOW, Answers, probe
 from .bundle import bundle, style_sheet
-from .messages import BadMessage, message_of
+from .client_messages import Hello, Message, Probe, Size
+from .messages import BadMessage, parse_message
 from .scheduler import Scheduler
 from .server import MOST_SESSIONS
 from .session import Session
@@ -124,12 +125,12 @@ class Views:
         session = self.sessions.get(view)
         if said is None:
             if session is not None:
-                self.sessions.pop(view).send = None
+                self.sessions.pop(view).connection.close()
                 self._answers.forget(session)
             return
         try:
-            message = message_of(said)
-            if message["type"] == "hello":
+            message = parse_message(said)
+            if isinstance(message, Hello):
                 session = self._greet(view, message)
             elif session is not None:
                 self._do(session, message)
@@ -137,22 +138,19 @@ class Views:
         except (BadMessage, Error) as error:
             self._tell(view, {"type": "error", "text": str(error)})
 
-    def _greet(self, view: str, hello: dict[str, Any]) -> Session:
+    def _greet(self, view: str, hello: Hello) -> Session:
         if view not in self.sessions and len(self.sessions) >= MOST_SESSIONS:
-            self.sessions.pop(
-                next(iter(self.sessions))
-            ).send = None  # the oldest: cells that are gone do not say so
+            self.sessions.pop(next(iter(self.sessions))).connection.close()  # the oldest one
         session = self.sessions[view] = self._make_session()
-        session.send = lambda message, buffers: self._tell(view, message, buffers)
-        session.send_message(session.welcome())
-        session.send_message(session.edits.about())
-        session.receive({**hello, "type": "size"})
+        session.connection.open(lambda message, buffers: self._tell(view, message, buffers))
+        session.greet()
+        session.receive(Size(hello.width, hello.height, hello.ratio))
         return session
 
-    def _do(self, session: Session, message: dict[str, Any]) -> None:
-        if message["type"] == "probe":
+    def _do(self, session: Session, message: Message) -> None:
+        if isinstance(message, Probe):
             probe(session, message)
-        elif message["type"] not in SLOW:
+        elif not isinstance(message, SLOW):
             session.receive(message)
         else:
             self._answers.queue_message(session, message)

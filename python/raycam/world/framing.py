@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,11 @@ import numpy.typing as npt
 from ..arguments import Floats, floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
-
-if TYPE_CHECKING:
-    from . import World
+from .contents import WorldContents
 
 __all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera", "moments_of"]
+
+AnyWorld = TypeVar("AnyWorld", bound=WorldContents)
 
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "default": (1.0, 2.463, 1.085),
@@ -48,7 +48,7 @@ def axes_of(up: str) -> Floats:
 
 
 def framing_camera(
-    world: World,
+    world: WorldContents,
     direction: str | npt.ArrayLike = "default",
     *,
     size: Sequence[int] = (640, 480),
@@ -56,7 +56,7 @@ def framing_camera(
     zoom: float = 1.0,
     turning: bool = False,
     camera: Camera | None = None,
-    moments: Sequence[World] = (),
+    moments: Sequence[WorldContents] = (),
 ) -> Camera:
     """A camera from which the whole world just fits into the picture; see `World.view_from`.
 
@@ -157,7 +157,7 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     return product(turn, rotation)
 
 
-def moments_of(world: World, animation: str | int | None = None) -> list[World]:
+def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyWorld]:
     """The world at even times of its video and an animation, by name or number (default: the first); none of neither.
 
     Raises `WorldError` for an unknown animation, as `World.at` does.
@@ -172,7 +172,7 @@ def moments_of(world: World, animation: str | int | None = None) -> list[World]:
     return [world.at(time, animation) for time in times]
 
 
-def bounding_corners(world: World, most: int = MAX_TRIANGLES) -> Floats | None:
+def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
     """Points [n, 3] that bound the world: all corners of up to `most` triangles, or those of its bounds.
 
     None if it is empty.

@@ -11,9 +11,9 @@ from ..errors import SettingsError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
-from . import World
 from .missing_files import check_exists, recipe_named
 from .usd_files import load_usd, usd_named
+from .world import World
 
 __all__ = ["load"]
 

@@ -6,21 +6,21 @@ The room's radiance below the horizon is that of the lit floor, so the floor may
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arguments import Floats, flag
-from ..camera.asked import only_camera
+from ..camera import Camera, check_camera
 from ..errors import WorldError
-from ..render.composition import FLOOR
+from .building import WorldBuilding
+from .contents import WorldContents
 from .framing import axes_of
 
-if TYPE_CHECKING:
-    from ..camera import Camera
-    from . import World
+__all__ = ["FLOOR", "add_ground", "add_studio"]
 
-__all__ = ["FLOOR", "add_ground", "add_studio", "studio_world"]
+FLOOR = 0.62
+"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
 
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
 """The sides of the studio's floor, whose edge nobody sees, and of other grounds, in diagonals of the world's bounds."""
@@ -37,7 +37,7 @@ ROWS = 128
 
 
 def add_ground(
-    world: World,
+    world: WorldBuilding,
     *,
     height: float | None = None,
     size: float | None = None,
@@ -66,9 +66,9 @@ def add_ground(
     return world.add_object({"plane": {"size": [side, side]}, "name": free, **keys, **material})
 
 
-def add_studio(world: World, camera: Camera | None = None, *, ground: bool = True) -> None:
+def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bool = True) -> None:
     """Adds the studio's lights, arranged around `camera`, and its floor; see `World.add_studio`."""
-    camera = None if camera is None else only_camera(camera)
+    camera = None if camera is None else check_camera(camera)
     ground = flag("ground", ground)
     toward, right, upward = _stage(world, camera)
     azimuth, elevation = math.radians(KEY_AZIMUTH), math.radians(KEY_ELEVATION)
@@ -85,15 +85,7 @@ def add_studio(world: World, camera: Camera | None = None, *, ground: bool = Tru
     )
 
 
-def studio_world(world: World, camera: Camera, *, ground: bool = True) -> World:
-    """A copy of the world in the studio, whose ground truth is that of the world: the floor counts as background."""
-    found = world.with_cameras({})
-    add_studio(found, camera, ground=ground)
-    found._bare = world
-    return found
-
-
-def _stage(world: World, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
+def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
     """Level unit vectors towards the camera and to its right, and the vector up."""
     _, front, upward = axes_of(world.up)
     if camera is None:
@@ -107,7 +99,7 @@ def _stage(world: World, camera: Camera | None) -> tuple[Floats, Floats, Floats]
     return toward, np.cross(upward, toward), upward
 
 
-def _is_above(world: World, camera: Camera) -> bool:
+def _is_above(world: WorldContents, camera: Camera) -> bool:
     """True if the camera stands above the lowest point of the world, and so above its ground."""
     bounds = world.bounds
     axis = 2 if world.up == "z" else 1

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arguments import Floats, floats
 from ..errors import WorldError, nearest
-
-if TYPE_CHECKING:
-    from . import World
+from .contents import WorldContents
 
 __all__ = ["aimed"]
 
@@ -18,7 +16,7 @@ DIRECTED = ("sun", "spot", "disk", "ies")
 """The types of lights that have a direction."""
 
 
-def aimed(world: World, keys: dict[str, Any]) -> dict[str, Any]:
+def aimed(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     """The keys of a light, with its `target` replaced by a direction, or by the edges of an area light.
 
     Raises `WorldError` for a light that shines into all directions, and where `position` is missing.
@@ -50,7 +48,7 @@ def aimed(world: World, keys: dict[str, Any]) -> dict[str, Any]:
     return keys
 
 
-def _point(world: World, target: Any) -> Floats:
+def _point(world: WorldContents, target: Any) -> Floats:
     """A point [3], or the middle of the object of this name."""
     if not isinstance(target, str):
         return floats("target", target, (3,), error=WorldError)

@@ -12,8 +12,8 @@ impl Bvh {
     ///
     /// # Errors
     ///
-    /// The errors of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or the size
-    /// of the mesh needs another scale. The tree is unchanged then.
+    /// The errors of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or the
+    /// size of the mesh needs another scale. The tree is unchanged then.
     pub fn refit(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
         let reach = validate_mesh(vertices, triangles)?;
         if triangles.len() != self.triangle_count() || power_of_two_scale(reach) != self.scale() {

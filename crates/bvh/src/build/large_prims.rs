@@ -1,5 +1,5 @@
 //! Primitives nearly as large as the whole mesh, such as a floor. No plane through centroids separates them from small
-//! ones, and they would make every node above them as large as themselves; hence they are split off first.
+//! ones, and they would make every node above them as large as themselves; therefore they are split off first.
 
 use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_floor_is_split_from_what_stands_on_it() {
+    fn floors_are_split_from_objects_on_them() {
         for floors in [1, 2, 5] {
             let mut prims = prims(floors, 100);
             let range = PrimInfo::from_prims::<Portable>(&prims);
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn where_all_are_alike_there_is_no_split() {
+    fn equal_primitives_are_not_split() {
         for (floors, small) in [(3, 0), (0, 50)] {
             let mut prims = prims(floors, small);
             let range = PrimInfo::from_prims::<Portable>(&prims);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_are_needed_are_not_taken() {
+    fn splits_leave_enough_levels() {
         let mut prims = prims(1, 100);
         let range = PrimInfo::from_prims::<Portable>(&prims);
         assert!(split_large::<Portable>(&mut prims, &range, MAX_DEPTH - 7).is_none());

@@ -6,13 +6,13 @@
 //!    ([`kd_sample`]). Its leaves are treelets of about [`traits::TREELET_SIZE`] primitives.
 //! 3. The wide nodes of the top are planned from the expected costs of the treelets ([`top_plan`]).
 //! 4. One thread builds each treelet while it is in the cache of its core ([`treelet`]): triangles are paired
-//!    ([`triangle_pairs`]), split by binned SAH and partitioned in place ([`partition`]), collapsed into wide nodes at the
-//!    least cost (Ylitie, Karras and Laine 2017; [`collapse`]), and written as leaves with shared vertices
+//!    ([`triangle_pairs`]), split by binned SAH and partitioned in place ([`partition`]), collapsed into wide nodes at
+//!    the least cost (Ylitie, Karras and Laine 2017; [`collapse`]), and written as leaves with shared vertices
 //!    ([`triangle_leaves`]).
 //! 5. Treelets are concatenated in order ([`concat`]).
 //!
-//! [`traits`] is the interface to primitives and leaves. The tree depends on the primitives alone: not on threads, and not
-//! on the instruction set.
+//! [`traits`] is the interface to primitives and leaves. The tree depends on the primitives alone: not on threads, and
+//! not on the instruction set.
 
 pub(crate) mod binned_sah;
 mod collapse;

@@ -195,10 +195,10 @@ mod tests {
         }
     }
 
-    /// Every way in which the two cursors can meet: few and many prims, all of them on one side but one, sides in turn, in
-    /// runs as long as a block and around it.
+    /// Every way in which the two cursors can meet: few and many prims, all of them on one side but one, sides in turn,
+    /// in runs as long as a block and around it.
     #[test]
-    fn no_item_is_lost_whatever_the_order() {
+    fn partitions_keep_every_item() {
         let mut lengths = vec![2, 3, 3 * PARTITION_BLOCK, 3 * PARTITION_BLOCK + 1, 5 * PARTITION_BLOCK + 1];
         if !cfg!(miri) {
             lengths.extend(4..600);

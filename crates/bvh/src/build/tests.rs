@@ -40,7 +40,8 @@ impl LeafBuilder for Boxes {
     }
 }
 
-/// Every box is in the tree once, inside all boxes above it, leaves come last, and no path is too long; the longest path.
+/// Every box is in the tree once, inside all boxes above it, leaves come last, and no path is too long; the longest
+/// path.
 fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut seen = vec![false; boxes.len()];
     let mut deepest = 0;
@@ -77,7 +78,7 @@ fn built(boxes: &[([f32; 3], [f32; 3])], sample: Option<usize>) -> BuiltBvh {
 }
 
 #[test]
-fn trees_hold_every_box_once_whatever_the_boxes() {
+fn trees_contain_every_box_once() {
     const N: u32 = 12 * TREELET_SIZE as u32;
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
@@ -119,7 +120,7 @@ fn clouds(count: u32, seed: u32) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
+fn node_boxes_contain_their_children() {
     for (seed, parts) in (0..12).zip((9..).step_by(2)) {
         let count = parts * TREELET_SIZE as u32;
         let vertices = clouds(count, seed);
@@ -186,7 +187,7 @@ fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
 }
 
 #[test]
-fn a_floor_hangs_at_the_root_alone() {
+fn large_floors_are_children_of_the_root() {
     for n in [30, 100, TREELET_SIZE / 2, 3 * TREELET_SIZE, 12 * TREELET_SIZE] {
         let place = |i: usize, k: u32| ((i as u32 * 3 + k).wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0;
         let small = |i: usize| {
@@ -211,7 +212,7 @@ fn a_floor_hangs_at_the_root_alone() {
 }
 
 #[test]
-fn a_floor_is_a_part_of_its_own() {
+fn large_floors_form_their_own_part() {
     let shared = BuildContext { leaves: &Boxes(None), dispatch: Dispatch::detect() };
     let small = |i: usize| {
         let x = (i as u32).wrapping_mul(2_654_435_761) as f32 * 2.0_f32.powi(-32);

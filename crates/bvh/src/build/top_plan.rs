@@ -1,5 +1,5 @@
-//! The wide nodes above the treelets, planned before those are built, so that each treelet knows how many children it
-//! may give the node above.
+//! The wide nodes above the treelets, planned before the treelets are built, so that the number of children of each
+//! treelet is known: it may give the node above.
 
 use crate::build::collapse::{BinaryNode, collapse, distribute_cost, make_wide_node, select_children};
 use crate::build::concat::{ConcatenatedTree, build_and_concat};

@@ -158,7 +158,7 @@ mod tests {
             .collect()
     }
 
-    /// The pairs that are found, and the boxes beside them, checked against the triangles.
+    /// The found pairs and their boxes, checked against the triangles.
     fn found(side: u32, triangles: &[[u32; 3]]) -> Vec<TrianglePair> {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_quad_is_a_pair_whatever_the_order_of_its_halves() {
+    fn quads_are_paired_in_either_order() {
         let side = 20;
         let quads = side * side;
         let beside = sheet(side, |t| (t / 2, t % 2 == 1));
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn the_best_neighbor_is_taken() {
-        // Half a square, something far away, the other half, and one beside that which is longer.
+        // Half a square, a distant triangle, the other half, and a longer triangle next to it.
         let triangles = [[0, 1, 3], [10, 11, 13], [0, 3, 2], [0, 4, 3]];
         let pairs = found(1, &triangles);
         let pairs = pairs.iter().filter(|pair| pair.count == 2);

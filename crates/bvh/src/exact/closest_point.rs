@@ -31,8 +31,8 @@ fn plus(a: Vector3, v: f64, e: Vector3, w: f64, f: Vector3) -> Vector3 {
     std::array::from_fn(|k| a[k] + (v * e[k] + w * f[k]))
 }
 
-/// The point of a triangle that is closest to `point`. A triangle without area is a segment or a point. The answer for an
-/// edge is the same bits for both triangles that share it.
+/// The point of a triangle that is closest to `point`. A triangle without area is a segment or a point. The answer for
+/// an edge is the same bits for both triangles that share it.
 #[inline]
 pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
@@ -82,7 +82,7 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
     let v = ef.mul(rf).sub(ff.mul(re));
     let w = ef.mul(re).sub(ee.mul(rf));
     let inside = v.high >= 0.0 && w.high >= 0.0 && v.add(w).sub(det).high <= 0.0;
-    // Below, twice the precision does not tell a needle from a segment.
+    // Below, twice the precision cannot distinguish a needle from a segment.
     let solid = det.high > 1e-24 * (ee.high * ff.high);
     (inside && solid).then(|| [v.quotient(det), w.quotient(det)])
 }
@@ -119,7 +119,7 @@ mod tests {
     const CORNERS: [Vector3; 3] = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
 
     #[test]
-    fn every_region_has_its_point() {
+    fn closest_points_are_found_in_every_region() {
         let cases = [
             ([1.0, 1.0, 2.0], [1.0, 1.0, 0.0]),
             ([-1.0, -2.0, 0.5], [0.0, 0.0, 0.0]),
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_have_an_inside_and_flat_triangles_are_segments() {
+    fn needles_are_triangles_and_flat_triangles_are_segments() {
         let needle = |height: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, height, 0.0]];
         for height in [1e-2, 1e-5, 1e-8, 1e-10] {
             let found = closest_point([0.5, height / 2.0, 1e-3], needle(height));

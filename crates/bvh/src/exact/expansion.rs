@@ -1,5 +1,6 @@
-//! Error-free float64 arithmetic: sums and products with their rounding errors, and expansions, exact sums of floats that
-//! do not overlap (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric predicates").
+//! Error-free float64 arithmetic: sums and products with their rounding errors, and expansions, exact sums of floats
+//! that do not overlap (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
+//! predicates").
 //!
 //! Exact as long as no product over- or underflows.
 
@@ -36,7 +37,7 @@ pub struct Expansion {
 impl Expansion {
     pub const ZERO: Expansion = Expansion { components: [0.0; CAPACITY], len: 0 };
 
-    /// Adds a float (Shewchuk's GrowExpansion, with zeros left out).
+    /// Adds a float (Shewchuk's GrowExpansion, without zeros).
     pub fn add(&mut self, value: f64) {
         let (mut carry, mut kept) = (value, 0);
         for i in 0..self.len {
@@ -162,14 +163,14 @@ mod tests {
     #[test]
     fn sums_and_products_lose_nothing() {
         let (sum, error) = two_sum(1e16, 1.0 + f64::EPSILON);
-        // The sum rounds to an even number of units of 2; what is lost is exact.
+        // The sum rounds to an even number of units of 2; the rounding error is exact.
         assert_eq!((sum - 1e16) + error, 1.0 + f64::EPSILON);
         let (product, error) = two_product(1.0 + f64::EPSILON, 1.0 + f64::EPSILON);
         assert_eq!((product, error), (1.0 + 2.0 * f64::EPSILON, f64::EPSILON * f64::EPSILON));
     }
 
     #[test]
-    fn an_expansion_has_the_sign_of_what_is_left() {
+    fn expansion_signs_are_exact_after_cancellation() {
         let mut sum = Expansion::ZERO;
         for value in [1e200, 1.0, -1e200, 1e-200, -1.0] {
             sum.add(value);

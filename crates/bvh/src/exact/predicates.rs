@@ -1,9 +1,9 @@
 //! Exact signs of a ray and a triangle, and their intersection in twice the precision.
 //!
-//! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is the
-//! side on which the ray passes the edge, V = A . (B x C) the side of the plane on which it starts, and t is V by the sum
-//! of the three edge functions. Signs are those of the given float64 numbers: a float64 filter, then twice the precision,
-//! then expansions decide (Shewchuk 1997).
+//! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is
+//! the side on which the ray passes the edge, V = A . (B x C) the side of the plane on which it starts, and t is V by
+//! the sum of the three edge functions. Signs are those of the given float64 numbers: a float64 filter, then twice the
+//! precision, then expansions decide (Shewchuk 1997).
 //!
 //! Exact for coordinates whose size lies between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
 
@@ -20,8 +20,8 @@ const FLOAT_ERROR: f64 = 16.0 * UNIT;
 /// The same in twice the precision.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
-/// The size, as a fraction of the sum of its products' sizes, from which a value in twice the precision is off by less than
-/// float64 rounds it.
+/// The size, as a fraction of the sum of its products' sizes, from which a value in twice the precision is off by less
+/// than float64 rounds it.
 const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 
 /// The axes of the products of a determinant: first, second, third; the last two are subtracted in turn.
@@ -61,7 +61,7 @@ fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 
     sum
 }
 
-/// A triple product in twice the precision or, where that does not tell its sign, rounded from its exact value.
+/// A triple product in twice the precision or, if that does not determine its sign, rounded from its exact value.
 fn sure_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> DoubleDouble {
     let (value, size) = triple_product(double(x), double(y), double(z));
     if value.high.abs() > ROUNDABLE * size {
@@ -74,7 +74,7 @@ fn sign(value: f64) -> i32 {
     i32::from(value > 0.0) - i32::from(value < 0.0)
 }
 
-/// The sign of the triple product x . (y x z), if float64 tells it.
+/// The sign of the triple product x . (y x z), if float64 determines it.
 #[inline]
 fn float_sign(x: Point, y: Point, z: Point) -> Option<i32> {
     let (mut value, mut size) = (0.0, 0.0);
@@ -86,7 +86,7 @@ fn float_sign(x: Point, y: Point, z: Point) -> Option<i32> {
     (value.abs() > FLOAT_ERROR * size).then(|| sign(value))
 }
 
-/// The sign of a triple product that float64 does not tell.
+/// The sign of a triple product that float64 does not determine.
 fn exact_sign(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> i32 {
     let (value, size) = triple_product(double(x), double(y), double(z));
     if value.high.abs() > DOUBLE_ERROR * size {
@@ -167,7 +167,8 @@ impl RayPredicates {
         signs.into_iter().find(|sign| *sign != 0).unwrap_or(0)
     }
 
-    /// The side of a crossing of the moved line: 1 along the normal of the triangle, -1 against it, 0 without a crossing.
+    /// The side of a crossing of the moved line: 1 along the normal of the triangle, -1 against it, 0 without a
+    /// crossing.
     pub fn crossing_side(&self, [a, b, c]: [Point; 3]) -> i32 {
         let sign = self.moved_edge_sign(a, b);
         if sign != 0 && self.moved_edge_sign(b, c) == sign && self.moved_edge_sign(c, a) == sign { sign } else { 0 }
@@ -182,15 +183,15 @@ impl RayPredicates {
         }
     }
 
-    /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the last
-    /// place at most. The plane is not parallel to the ray.
+    /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the
+    /// last place at most. The plane is not parallel to the ray.
     pub fn intersection(&self, corners: [Point; 3]) -> [f64; 3] {
         let (found, is_sure) = self.quick_intersection(corners);
         if is_sure { found } else { self.slow_intersection(corners) }
     }
 
-    /// [`RayPredicates::intersection`] in twice the precision, and true if that is enough. Without a branch, so that a loop
-    /// over rays is vectorised.
+    /// [`RayPredicates::intersection`] in twice the precision, and true if that is enough. Without a branch, so that a
+    /// loop over rays is vectorised.
     #[inline(always)]
     pub fn quick_intersection(&self, [a, b, c]: [Point; 3]) -> ([f64; 3], bool) {
         let relative = |p: Point| {
@@ -284,9 +285,10 @@ mod tests {
         (0..3).map(|i| x[i] * (y[(i + 1) % 3] * z[(i + 2) % 3] - y[(i + 2) % 3] * z[(i + 1) % 3])).sum()
     }
 
-    /// Signs against integers: coordinates of 40 bits, whose products float64 rounds, on lines and planes of few points.
+    /// Signs against integers: coordinates of 40 bits, whose products float64 rounds, on lines and planes of few
+    /// points.
     #[test]
-    fn signs_are_those_of_integers() {
+    fn predicate_signs_match_integer_arithmetic() {
         let mut random = Random(7);
         let mut zeros = 0;
         for round in 0..20_000 {

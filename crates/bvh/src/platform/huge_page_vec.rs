@@ -93,7 +93,8 @@ impl<T: Copy> HugePageVec<T> {
         (self.align_offset, self.capacity) = (skipped, len);
     }
 
-    /// Concatenates `parts`, `capacity` values in all. Many are copied in parallel; each part is dropped after its copy.
+    /// Concatenates `parts`, `capacity` values in all. Many are copied in parallel; each part is dropped after its
+    /// copy.
     pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
@@ -201,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn zeros_are_as_many_as_asked_for_and_all_zero() {
+    fn zeroed_vectors_have_the_requested_length() {
         for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
             // Where other values were before.
             drop(vec![1.5f32; count]);

@@ -1,4 +1,4 @@
-//! Exponential back-off of a heuristic after blocks in which it did not pay.
+//! Exponential back-off of a heuristic after blocks in which it was slower.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_pay_is_tried_less_and_less() {
+    fn unsuccessful_heuristics_back_off() {
         let skip = Backoff::default();
         for skipped in [1, 2, 4, 8, 16, 32, 64, 64] {
             assert!(!skip.should_skip());

@@ -1,5 +1,5 @@
-//! The scene: instances of BLAS under a TLAS. The data is here; `build` and `flattened` make it, `rebraid` opens instances
-//! for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
+//! The scene: instances of BLAS under a TLAS. The data is here; `build` and `flattened` make it, `rebraid` opens
+//! instances for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
 
 pub mod backoff;
 pub(crate) mod build;

@@ -23,8 +23,9 @@ impl Scene {
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
-    /// The closest hit of every ray, decided exactly for the float64 corners: edges, corners and both ends of the range of t
-    /// belong to it, and the order is that of (t, instance, triangle). On the calling thread; `hits` is as long as `rays`.
+    /// The closest hit of every ray, decided exactly for the float64 corners: edges, corners and both ends of the range
+    /// of t belong to it, and the order is that of (t, instance, triangle). On the calling thread; `hits` is as long as
+    /// `rays`.
     pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
         self.trace_exact(rays, triangles, None, false, hits);
     }
@@ -93,9 +94,9 @@ impl Scene {
         traverse::refine(self.dispatch, rays, triangles, hits);
     }
 
-    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle), with t and weights
-    /// as of [`Scene::refine`]; appended to `found` ray by ray, their numbers in `counts`, which is as long as `rays`. On the
-    /// calling thread.
+    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle), with t and
+    /// weights as of [`Scene::refine`]; appended to `found` ray by ray, their numbers in `counts`, which is as long as
+    /// `rays`. On the calling thread.
     ///
     /// Each ray is moved by an infinitesimal vector (simulation of simplicity), so it passes no edge, no corner and no
     /// surface with its start: through an edge that triangles share the surface is crossed once, and a line crosses a
@@ -117,7 +118,8 @@ impl Scene {
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// The number of crossings of every ray, as of [`Scene::crossings`]; `signed`: those that leave less those that enter.
+    /// The number of crossings of every ray, as of [`Scene::crossings`]; `signed`: those that leave less those that
+    /// enter.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -135,8 +137,8 @@ impl Scene {
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// The closest point of the scene to every point within a distance, one for all points or one for each; ties go to the
-    /// smaller (instance, triangle). Of a hit the filter sees instance and triangle. On the calling thread; fast if
+    /// The closest point of the scene to every point within a distance, one for all points or one for each; ties go to
+    /// the smaller (instance, triangle). Of a hit the filter sees instance and triangle. On the calling thread; fast if
     /// neighbours in the slice are near each other. `found` is as long as `points`.
     ///
     /// # Panics

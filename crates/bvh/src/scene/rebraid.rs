@@ -232,7 +232,7 @@ mod tests {
     use super::*;
     use crate::node::leaf;
 
-    /// Small triangles along a line: of `every` 250 of them, the run that `first` says.
+    /// Small triangles along a line: of `every` 250 of them, the run starting at `first`.
     fn beads(first: usize, every: usize, lift: f32) -> InstanceTransform {
         let at = |i: usize| [i as f32 * 0.01, lift, (i % 7) as f32 * 0.001];
         let chosen = (0..8000).filter(|i| i / 250 % every == first);

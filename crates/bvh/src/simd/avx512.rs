@@ -1,4 +1,4 @@
-//! AVX-512: vectors of 16; those of 8 are AVX2's.
+//! AVX-512: vectors of 16 lanes; vectors of 8 lanes use AVX2.
 
 use std::arch::x86_64::*;
 

@@ -1,19 +1,20 @@
 //! Traversal: from a batch of rays to hits.
 //!
-//! 1. Ray stream (`stream`): a batch is cut into chunks of 64 rays. Rays that miss the root are culled; incoherent rays are
-//!    sorted by direction octant and main axis; each chunk becomes packets of coherent rays, its octant groups.
-//! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS. One
-//!    frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are tested
-//!    ray by ray. Rays that leave their group are queued.
+//! 1. Ray stream (`stream`): a batch is cut into chunks of 64 rays. Rays that miss the root are culled; incoherent rays
+//!    are sorted by direction octant and main axis; each chunk becomes packets of coherent rays, its octant groups.
+//! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS.
+//!    One frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are
+//!    tested ray by ray. Rays that leave their group are queued.
 //! 3. Interleaved single rays (`single`): queued rays are advanced round-robin on the same thread, so that memory
 //!    latencies overlap (as in AMAC, Kocberber, Falsafi and Grot 2015).
 //!
-//! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the same
-//! operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hence hits are the same bits in a
-//! packet and alone. `exact` repeats all three in float64 and finds all
+//! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the
+//! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Therefore hits are the same
+//! bits in a packet and alone. `exact` repeats all three in float64 and finds all
 //! crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
 //!
-//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest, occluded.
+//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest,
+//! occluded.
 
 pub(crate) mod closest;
 pub(crate) mod exact;

@@ -17,8 +17,8 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Packets of a chunk pay if they visit at most this many nodes and leaves per ray, where each ray that is handed to
-/// single-ray traversal counts as `SINGLE_RAY_COST` visits.
+/// Packets of a chunk are faster if they visit at most this many nodes and leaves per ray, where each ray that is
+/// handed to single-ray traversal counts as `SINGLE_RAY_COST` visits.
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;
 

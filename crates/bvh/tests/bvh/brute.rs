@@ -5,7 +5,7 @@ use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
 #[test]
-fn a_hundred_meshes_are_brute_force() {
+fn hits_on_a_hundred_meshes_match_brute_force() {
     let isas = InstructionSet::ALL.into_iter();
     let isas: Vec<_> = isas.filter(|isa| isa.is_available()).collect();
     let meshes = brute::meshes(90);

@@ -41,7 +41,7 @@ impl ExactTriangles for Placed {
 }
 
 #[test]
-fn closest_points_are_brute_force_with_every_instruction_set() {
+fn closest_points_match_brute_force_on_every_instruction_set() {
     let mut rng = Rng(11);
     let turned = [[0.8, -0.6, 0.0, 2.0], [0.06, 0.08, 1.5, -1.0], [0.3, 0.4, 0.0, 0.5]];
     let moved = [[1.0, 0.0, 0.0, -3.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0]];

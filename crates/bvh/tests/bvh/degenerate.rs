@@ -18,7 +18,7 @@ fn empty_scenes_are_missed() {
 }
 
 #[test]
-fn bad_meshes_are_named() {
+fn invalid_meshes_are_refused_by_index() {
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f32::NAN, 0.0]];
     let built = Bvh::build(&vertices, &[[0, 1, 2]]);
     assert_eq!(built.unwrap_err(), BuildError::NonFinite { what: "vertex 2".into() });
@@ -27,7 +27,7 @@ fn bad_meshes_are_named() {
 }
 
 #[test]
-fn rays_that_are_none_meet_nothing() {
+fn rays_without_direction_return_misses() {
     let scene = sphere(8, &mut Rng(6)).scene();
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     for x in odd {
@@ -92,7 +92,7 @@ fn rounding_makes_no_flat_triangle_hit() {
 }
 
 #[test]
-fn copies_and_common_centres_build_and_answer() {
+fn duplicates_and_common_centroids_can_be_traced() {
     let n = 200_000;
     let copies = Mesh { vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]; n] };
     let hit = one(&copies.scene(), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
@@ -109,7 +109,7 @@ fn copies_and_common_centres_build_and_answer() {
 }
 
 #[test]
-fn extreme_extents_answer() {
+fn extreme_extents_can_be_traced() {
     for scale in [1e-36f32, 1e-20, 1e-6, 1.0, 1e6, 1e20, 1e37] {
         let mut mesh = sphere(12, &mut Rng(8));
         mesh.vertices.iter_mut().for_each(|v| *v = v.map(|x| x * scale));

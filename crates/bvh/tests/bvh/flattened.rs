@@ -6,11 +6,11 @@ use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
 const STILL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 #[test]
-fn meshes_in_one_tree_answer_as_instances_do() {
+fn flattened_scenes_return_the_hits_of_instances() {
     let mut rng = Rng(11);
     let nothing = Mesh { vertices: vec![], triangles: vec![] };
     let (ball, floor) = (sphere(6, &mut rng), grid(40));
-    // The floor twice: of what is equally near, the first counts.
+    // The floor twice: at equal distance, the first object wins.
     let meshes = [&nothing, &floor, &ball, &nothing, &floor, &nothing];
     let world = World {
         instances: meshes
@@ -36,7 +36,7 @@ fn meshes_in_one_tree_answer_as_instances_do() {
         .map(|_| {
             let [x, y, z] = rng.vector();
             Ray {
-                // Beside the ball, above a corner of the floor.
+                // Next to the ball, above a corner of the floor.
                 origin: [1.2 + x, 1.2 + y, 1.5 + z],
                 direction: rng.vector(),
                 t_max: f32::INFINITY,

@@ -14,7 +14,7 @@ fn soups(rng: &mut Rng) -> World {
     let instances = matrices.iter().enumerate().map(|(i, matrix)| {
         let mut mesh = soup(1500, 0.03, rng);
         if i == 0 {
-            // Many of them in one plane, one over the other: which is met there is for their numbers to say.
+            // Many overlapping triangles in one plane: their indices decide which one is hit.
             mesh = soup(1500, 0.2, rng);
             mesh.vertices.iter_mut().for_each(|v| v[2] = 0.25);
         }
@@ -25,7 +25,7 @@ fn soups(rng: &mut Rng) -> World {
 }
 
 #[test]
-fn rays_through_parts_are_brute_force() {
+fn hits_through_rebraided_parts_match_brute_force() {
     let mut rng = Rng(77);
     let world = soups(&mut rng);
     let mut scene = world.scene();
@@ -65,7 +65,7 @@ fn rays_through_parts_are_brute_force() {
 }
 
 #[test]
-fn of_triangles_in_one_plane_the_first_is_met() {
+fn coplanar_triangles_return_the_first() {
     let mut rng = Rng(78);
     let world = soups(&mut rng);
     let scene = world.scene();

@@ -17,7 +17,7 @@ fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
 }
 
 #[test]
-fn a_refitted_tree_answers_as_a_new_one() {
+fn refitted_trees_return_the_hits_of_new_trees() {
     let mut rng = Rng(4);
     for mesh in [sphere(60, &mut rng), soup(2000, 0.3, &mut rng), grid(20)] {
         let rays: Vec<Ray> = (0..4000)

@@ -28,7 +28,7 @@ fn transforms(rng: &mut Rng, n: usize, spread: f64) -> Vec<[[f64; 4]; 3]> {
 }
 
 #[test]
-fn closest_is_brute_force_up_to_rounding() {
+fn closest_hits_match_brute_force_up_to_rounding() {
     let mut rng = Rng(1);
     for (n, size) in [(1, 1.0), (7, 0.7), (100, 0.3), (3000, 0.05)] {
         let mesh = soup(n, size, &mut rng);
@@ -52,7 +52,7 @@ fn closest_is_brute_force_up_to_rounding() {
 }
 
 #[test]
-fn occluded_is_closest() {
+fn occlusion_matches_closest_hits() {
     let mut rng = Rng(2);
     let mesh = soup(2000, 0.1, &mut rng);
     let scene = mesh.scene();
@@ -65,7 +65,7 @@ fn occluded_is_closest() {
 }
 
 #[test]
-fn instances_are_brute_force() {
+fn hits_on_instances_match_brute_force() {
     let mut rng = Rng(3);
     for offset in [0.0, 1e6] {
         let instances = transforms(&mut rng, 9, 3.0).into_iter().map(|mut matrix| {
@@ -103,7 +103,7 @@ fn instances_are_brute_force() {
 }
 
 #[test]
-fn exact_is_brute_force_also_far_away() {
+fn exact_hits_match_brute_force_far_from_the_origin() {
     let mut rng = Rng(4);
     for (offset, back) in [(0.0, 0.0), (1e6, 0.0), (-3e4, 1e5), (0.0, 1e9)] {
         let mesh = soup(800, 0.2, &mut rng);
@@ -143,7 +143,7 @@ fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
 
 /// Rays of one eye run in packets where they can: near and far eyes, aimed at corners and edges as well.
 #[test]
-fn exact_packets_are_brute_force() {
+fn exact_packets_match_brute_force() {
     let mut rng = Rng(11);
     for (offset, distance) in [(0.0, 0.3), (0.0, 2.0), (1e6, 6.0), (0.0, 40.0), (-3e4, 1e7)] {
         for mesh in [soup(300, 0.3, &mut rng), sphere(8, &mut rng)] {
@@ -166,7 +166,7 @@ fn exact_packets_are_brute_force() {
                     let k = rng.below(mesh.triangles.len()) as u32;
                     let [a, b, c] = world.corners(0, k);
                     let (u, v) = match i % 3 {
-                        // Next to a corner or an edge: nearer than float32 can tell.
+                        // Closer to a corner or an edge than float32 can resolve.
                         0 => (1e-6 * f64::from(rng.signed()), 1e-6 * f64::from(rng.signed())),
                         1 => (0.5, 1e-6 * f64::from(rng.signed())),
                         _ => (f64::from(rng.signed()), f64::from(rng.signed())),
@@ -197,7 +197,7 @@ fn exact_packets_are_brute_force() {
 
 /// Rays of one eye among instances, in whose coordinates they do not all run alike.
 #[test]
-fn exact_packets_through_instances_are_brute_force() {
+fn exact_packets_on_instances_match_brute_force() {
     let mut rng = Rng(12);
     let meshes = [soup(60, 0.3, &mut rng), sphere(6, &mut rng)];
     for (offset, distance) in [(0.0, 0.2), (1e5, 3.0), (0.0, 200.0)] {

@@ -21,7 +21,7 @@ fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
 }
 
 #[test]
-fn packets_are_what_their_rays_are_alone() {
+fn packets_equal_single_rays() {
     let mut rng = Rng(3);
     let n = if cfg!(miri) { 8 } else { 300 };
     let mut mesh = grid(n);

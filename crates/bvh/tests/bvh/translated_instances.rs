@@ -5,7 +5,7 @@ use raycam_bvh::{Coherence, Hit, Ray};
 
 /// Balls on a wide floor, one of them turned: rays leave their surfaces by as little as a renderer makes them.
 #[test]
-fn rays_among_moved_instances_are_brute_force() {
+fn hits_on_translated_instances_match_brute_force() {
     let mut rng = Rng(5);
     let (ball, floor) = (sphere(6, &mut rng), grid(40));
     let still = |x: f64, y: f64, z: f64| [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]];

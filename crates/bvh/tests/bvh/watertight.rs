@@ -5,7 +5,7 @@ use raycam_bvh::{Coherence, Hit, InstructionSet, Ray};
 use rayon::prelude::*;
 
 #[test]
-fn ten_million_aimed_rays_leak_nowhere() {
+fn rays_aimed_at_edges_never_leak() {
     let meshes = edge_rays::meshes();
     let isas: Vec<_> = InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()).collect();
     let leaks: Vec<_> = meshes
@@ -22,10 +22,10 @@ fn ten_million_aimed_rays_leak_nowhere() {
     assert!(leaks.is_empty(), "{leaks:#?}");
 }
 
-/// A ray that crosses a side of a needle 2.6 from its sharp end, the other end 500,000 away: t by weighting corners that
-/// far is off by more than t.
+/// A ray that crosses a side of a needle 2.6 from its sharp end, the other end 500,000 away: t by weighting corners
+/// that far is off by more than t.
 #[test]
-fn a_needle_is_met_close_to_its_sharp_end() {
+fn needles_are_hit_close_to_their_tip() {
     let meshes = edge_rays::meshes();
     let mesh = meshes.iter().find(|mesh| mesh.name == "needles, a million long");
     let mesh = mesh.unwrap();

@@ -42,7 +42,7 @@ pub fn amodal_masks(
     let world = view.world;
     let count = world.geometry.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
-        return Err(RenderError::settings(format!("object {object} of a world with {count} objects")));
+        return Err(RenderError::settings(format!("object {object} does not exist; the world has {count} objects")));
     }
     let camera = &world.geometry.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
@@ -96,7 +96,7 @@ fn canvas_pixel(camera: &Camera, margin: [u32; 2], x: f64, y: f64) -> DVec2 {
 
 fn too_large([width, height]: [u64; 2]) -> RenderError {
     RenderError::TooLarge {
-        what: format!("a picture with its margin of {width} x {height} pixels"),
+        what: format!("an image of {width} x {height} pixels, margin included"),
         bytes: width.saturating_mul(height),
         limit: MAX_FRAME_BYTES,
     }
@@ -174,7 +174,7 @@ impl<'a> IsolatedObject<'a> {
     }
 }
 
-/// Pixels of a tile that each object covers; objects that cover none are left out.
+/// Pixels of a tile that each object covers; objects that cover no pixel are omitted.
 fn rasterize_tile(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[IsolatedObject]) -> Vec<(usize, TileBits)> {
     let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
     let cone = TileCone::enclosing(tile, ray);

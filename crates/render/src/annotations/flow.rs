@@ -109,15 +109,13 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
     let fail = |message| Err(RenderError::world(message));
     let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
-        return fail(format!(
-            "the first world has {a} objects, the second {b}: flow follows the same objects from one to the other"
-        ));
+        return fail(format!("flow needs the same objects in both worlds; the first has {a}, the second {b}"));
     }
     for (i, (a, b)) in first.geometry.instances.iter().zip(&second.geometry.instances).enumerate() {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
-                "object {i} has {a} triangles in the first world and {b} in the second: flow follows the same triangles"
+                "flow needs the same triangles in both worlds; object {i} has {a} in the first and {b} in the second"
             ));
         }
     }

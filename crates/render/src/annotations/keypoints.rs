@@ -84,11 +84,11 @@ impl KeypointSource {
 /// Projected point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
-    /// World-space position when the point is seen; without an image, the position in the world at rest.
+    /// World-space position at the time of the image; without an image, the position in the world at rest.
     pub point: DVec3,
-    /// Image of the point; NaN if the camera has none.
+    /// Image of the point in pixels; NaN if the camera cannot project it.
     pub pixel: DVec2,
-    /// True if the image lies inside of the picture.
+    /// True if the point's image is inside the rendered image.
     pub inside: bool,
     /// Occluding object.
     pub occluder: Option<usize>,
@@ -169,24 +169,24 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
     };
     let Some(object) = view.world.geometry.instances.get(number) else {
         let count = view.world.geometry.instances.len();
-        return fail(format!("object {number} of a world with {count} objects"));
+        return fail(format!("object {number} does not exist; the world has {count} objects"));
     };
     match *anchor {
         KeypointSource::Triangle { triangle, weights, .. } => {
             let count = object.mesh.mesh.triangles.len();
             if triangle >= count {
-                return fail(format!("triangle {triangle} of object {number}, which has {count} triangles"));
+                return fail(format!("triangle {triangle} does not exist; object {number} has {count} triangles"));
             }
             let sum = weights.element_sum();
             // Weights rounded to float32 count as 1.
             if (sum - 1.0).abs() <= 1e-5 {
                 return Ok(());
             }
-            fail(format!("the weights of its triangle's corners, {weights}, have the sum {sum}, expected 1"))
+            fail(format!("the weights {weights} of the triangle's corners have the sum {sum}; expected 1"))
         }
         _ if is_skinned(view.animated_world, number) => fail(format!(
-            "the mesh of object {number} is bent by a skin, so that a point in its coordinates does not go with it: \
-             give the triangle on which it lies, and the weights of its corners"
+            "the mesh of object {number} is deformed by a skin, so a point in mesh coordinates does not follow it; \
+             give a triangle and the weights of its corners instead"
         )),
         _ => Ok(()),
     }

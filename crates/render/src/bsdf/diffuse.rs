@@ -7,8 +7,8 @@ use raycam_bvh::{Hit, WithSimd};
 use raycam_scene::MaterialModel;
 
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
-use crate::guiding::cones::{GuidingCones, mixture_weight};
 use crate::interaction::ray_cone::Footprint;
+use crate::lobes::cone_mixture::{ConeMixture, mixture_weight};
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere, to_world_around};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
@@ -21,7 +21,7 @@ pub(crate) struct Diffuse<'a> {
     /// Drawn by [`SampleCosineHemisphere`], or by guiding.
     pub sampled_direction: Vec3,
     /// The cones that guide a lane's samples.
-    pub guiding: Option<(&'a GuidingCones<LANES>, usize)>,
+    pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
 }
 
 /// The albedo of a hit whose material is diffuse but for emission, without a normal map.

@@ -1,8 +1,9 @@
 //! A BSDF of layers: metal, glass and glTF's principled material are layers with other numbers.
 //!
-//! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects and
-//! transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L. Szirmay-Kalos,
-//! "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless over a white base.
+//! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects
+//! and transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L.
+//! Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless over a white
+//! base.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -41,8 +42,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
-/// The coupled diffuse base of albedo 1, times the cosine of `wi`: by the interface's transmittance from `wo` and `wi`, and
-/// by the mean transmittance.
+/// The coupled diffuse base of albedo 1, times the cosine of `wi`: by the interface's transmittance from `wo` and `wi`,
+/// and by the mean transmittance.
 #[inline(always)]
 pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
@@ -242,7 +243,8 @@ impl<'a> LayeredBsdf<'a> {
     }
 }
 
-/// Microfacets of a thin wall: reflection, seen from behind. `mirrored` is the direction of the light above the surface.
+/// Microfacets of a thin wall: reflection, seen from behind. `mirrored` is the direction of the light above the
+/// surface.
 fn thin_wall_facets(ggx: &Ggx, wo: Vec3, mirrored: Vec3) -> MicrofacetEval {
     let wm = (wo + mirrored).normalize();
     let cosine = wo.dot(wm);

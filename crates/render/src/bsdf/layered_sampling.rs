@@ -55,8 +55,8 @@ impl LayeredBsdf<'_> {
         self.stack.transmission != Vec3::ZERO && !self.stack.ggx.effectively_smooth()
     }
 
-    /// The probability that a microfacet reflects, by the cosine between its normal and `wo`. Near the critical angle some
-    /// microfacets reflect all light and others next to none.
+    /// The probability that a microfacet reflects, by the cosine between its normal and `wo`. Near the critical angle
+    /// some microfacets reflect all light and others next to none.
     pub(crate) fn reflect_probability(&self, cosine: f32) -> f32 {
         if !self.has_microfacet_transmission() {
             return 1.0;

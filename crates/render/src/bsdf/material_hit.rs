@@ -82,7 +82,7 @@ impl<'a> MaterialHit<'a> {
         self.geometry.base_color_with(self.material, self.hit, self.footprint)
     }
 
-    /// The normal of the material's normal map, where it has one.
+    /// The normal of the material's normal map, if it has one.
     #[inline]
     pub fn mapped_normal(&self) -> Option<Vec3> {
         let map = self.material.material.normal_map?;

@@ -1,11 +1,11 @@
 //! Bidirectional scattering distribution functions: the closed set of [`raycam_scene::MaterialModel`] at a point.
 //!
-//! `wo` points towards the viewer and `wi` towards the light; both point away from the surface and have unit length. `eval`
-//! and `sample` agree: a sample's weight is its value divided by its density, and a direction that `sample` never returns
-//! has density zero.
+//! `wo` points towards the viewer and `wi` towards the light; both point away from the surface and have unit length.
+//! `eval` and `sample` agree: a sample's weight is its value divided by its density, and a direction that `sample`
+//! never returns has density zero.
 //!
 //! [`diffuse`], [`specular`], [`phong`] and [`layered`] are the BSDFs of one point; [`conductor`], [`dielectric`] and
-//! [`principled`] are layers; [`batch`] has the frequent ones for many points. This folder uses `lobes`, `guiding`,
+//! [`principled`] are layers; [`batch`] has the frequent ones for many points. This folder uses `lobes`,
 //! `interaction` and `prepare`.
 
 pub(crate) mod batch;
@@ -40,8 +40,8 @@ pub(crate) struct BsdfSample {
     pub pdf: f32,
     /// True for a direction out of a discrete set, which light sampling never finds.
     pub is_specular: bool,
-    /// Square of the relative index of refraction for a refracted sample, else 1: the divisor of the weight that the way
-    /// out of the medium multiplies again.
+    /// Square of the relative index of refraction for a refracted sample, else 1: the divisor of the weight that the
+    /// way out of the medium multiplies again.
     pub eta_scale: f32,
 }
 

@@ -1,9 +1,9 @@
 //! Light that leaves a rough refracting interface after several of its microfacets.
 //!
-//! One lobe on each side returns the energy that one microfacet loses (C. Kulla and A. Conty, "Revisiting Physically Based
-//! Shading at Imageworks", 2017). Detailed balance divides it between the sides: with the loss a by direction, its mean A
-//! and the index n of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), whatever the sides of v and l. That is
-//! reciprocal and lossless.
+//! One lobe on each side returns the energy that one microfacet loses (C. Kulla and A. Conty, "Revisiting Physically
+//! Based Shading at Imageworks", 2017). Detailed balance divides it between the sides: with the loss a by direction,
+//! its mean A and the index n of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), whatever the sides of v
+//! and l. That is reciprocal and lossless.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -28,8 +28,8 @@ pub(crate) struct MultiscatterTerms {
 }
 
 impl MultiscatterTerms {
-    /// From the loss of light from `wo`, the mean losses on the viewer's side and on the far side, and the index of the far
-    /// side relative to the viewer's side.
+    /// From the loss of light from `wo`, the mean losses on the viewer's side and on the far side, and the index of the
+    /// far side relative to the viewer's side.
     #[inline(always)]
     pub fn new(view_loss: Vec3, [near, far]: [Vec3; 2], eta: f32) -> Self {
         let mean_loss = near + far * (eta * eta);

@@ -1,6 +1,7 @@
 //! glTF's principled material: glTF 2.0, appendix B, and the `KHR_materials_*` extensions.
 //!
-//! The interface shares energy with the base by albedo instead of by the half vector, so that no energy is lost or gained.
+//! The interface shares energy with the base by albedo instead of by the half vector, so that no energy is lost or
+//! gained.
 
 use glam::Vec3;
 use raycam_scene::Principled;

@@ -41,8 +41,8 @@ impl SpecularBsdf {
         Self::new(wo, fresnel.reflectance(wo.z), transmission, eta, 1.0)
     }
 
-    /// From the local direction towards the viewer and the reflectance there. Each branch is followed `oversampling` times
-    /// as often as its fraction of the light, and at most always.
+    /// From the local direction towards the viewer and the reflectance there. Each branch is followed `oversampling`
+    /// times as often as its fraction of the light, and at most always.
     #[inline(always)]
     pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;
@@ -61,7 +61,8 @@ impl SpecularBsdf {
         }
     }
 
-    /// True if a random number follows both branches: `choice` itself the reflection, [`FORCE_TRANSMISSION`] the refraction.
+    /// True if a random number follows both branches: `choice` itself the reflection, [`FORCE_TRANSMISSION`] the
+    /// refraction.
     #[inline(always)]
     pub(crate) fn is_split(&self, choice: f32) -> bool {
         let [up, down] = self.probabilities;
@@ -103,7 +104,7 @@ impl SpecularBsdf {
         let roughness = match &material.model {
             MaterialModel::Metal(metal) => metal.roughness,
             MaterialModel::Glass(glass) => glass.roughness,
-            _ => return None,
+            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Principled(_) => return None,
         };
         if material.normal_map.is_some() || !is_smooth(roughness) {
             return None;
@@ -115,8 +116,8 @@ impl SpecularBsdf {
     }
 }
 
-/// The transmittance of a wall that light passes straight on: see [`crate::lobes::classify::is_straight`]. Zero where the hit
-/// has other layers or is rough.
+/// The transmittance of a wall that light passes straight on: see [`crate::lobes::classify::is_straight`]. Zero where
+/// the hit has other layers or is rough.
 pub(crate) fn straight_transmittance(hit: &MaterialHit) -> Vec3 {
     let stack = hit.layer_stack().filter(|stack| stack.is_interface_only() && stack.ggx.effectively_smooth());
     stack.map_or(Vec3::ZERO, |stack| {

@@ -11,8 +11,8 @@ pub enum PixelType {
     I32,
 }
 
-/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact ray through the
-/// pixel centre.
+/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact ray through
+/// the pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: radiance of the environment, or

@@ -17,7 +17,7 @@ const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
-    /// Instances that the centre rays hit, if the coverage is asked for.
+    /// Instances hit by the centre rays, if coverage is requested.
     centers: Vec<u32>,
     /// Samples that hit the same instance as the centre ray.
     same_instance: Vec<u32>,

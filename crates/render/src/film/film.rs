@@ -106,7 +106,7 @@ impl<'a> Film<'a> {
         (self.region[1] + tile_row * TILE_SIZE, strips)
     }
 
-    /// Pixel runs of blocks beside each other, in a strip whose first image row is `first`.
+    /// Pixel runs of adjacent blocks, in a strip whose first image row is `first`.
     fn pixel_runs(&self, first: u32, blocks: &[PixelBlock], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
         runs.clear();
         for row in rows {
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_tile_is_filled_and_nothing_beside_it() {
+    fn wide_tiles_fill_their_pixels_only() {
         let channels = [Channel::Position, Channel::Instance];
         for (region, tile) in [
             ([3, 5, 100, 70], [35, 37, 60, 32]),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_is_written_in_its_place_small_pictures_and_large_ones() {
+    fn pixels_of_small_and_large_images_are_written_in_place() {
         let channels = [Channel::Position, Channel::Normal, Channel::Triangle];
         for region in [[0, 0, 1, 1], [8, 16, 9, 70], [0, 0, 333, 211], [0, 8, 520, 400]] {
             let [x, y, width, height] = region;

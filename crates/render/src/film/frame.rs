@@ -41,20 +41,20 @@ impl Frame {
         let size = first.size;
         let channels: Vec<Channel> = first.planes.iter().map(|(channel, _)| *channel).collect();
         if parts.iter().any(|part| part.size != size) {
-            return fail("the frames to merge are parts of pictures of different sizes");
+            return fail("frames to merge belong to images of different sizes");
         }
         if parts.iter().any(|part| !part.planes.iter().map(|(channel, _)| channel).eq(&channels)) {
-            return fail("the frames to merge have different channels");
+            return fail("frames to merge have different channels");
         }
         let Some(region) = covering_rectangle(&parts) else {
-            return fail("the regions of the frames to merge overlap or leave gaps");
+            return fail("regions of the frames to merge overlap or leave gaps");
         };
         let mut planes = with_pool(None, || allocate_planes(region, &channels))??;
         let mut notices: Vec<Notice> = vec![];
         for part in parts {
             for ((_, to), (_, from)) in planes.iter_mut().zip(&part.planes) {
                 if !to.paste(region, from, part.region) {
-                    return fail("a frame to merge has planes that do not fit its region");
+                    return fail("a frame to merge has planes whose size differs from its region");
                 }
             }
             for notice in part.notices {

@@ -53,7 +53,7 @@ impl ImagePlane {
     }
 }
 
-/// Copies the rows of a region into those of an enclosing region.
+/// Copies a region's rows into an enclosing region.
 fn copy_rows<T: Copy>(to: &mut [T], whole: [u32; 4], from: &[T], region: [u32; 4], components: usize) -> bool {
     let [x, y, width, height] = region.map(|edge| edge as usize);
     let [left, top, stride, _] = whole.map(|edge| edge as usize);

@@ -1,6 +1,6 @@
 //! Film: output channels, planes of pixels, tiles and their writers, per-pixel estimators, display encoding.
 //!
-//! Uses the thread pool and the settings' error type; knows nothing of scenes or lights.
+//! Uses the thread pool and the settings' error type; does not depend on scenes or lights.
 
 pub(crate) mod channel;
 pub mod display;

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_beside_each_other_are_joined_and_no_others() {
+    fn only_adjacent_tiles_are_joined() {
         let mut tiles = Tile::tiles_of([5, 7, 100, 70]);
         tiles.remove(5); // in the middle of the second row
         tiles.reverse();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn every_thread_has_tiles_and_every_pixel_one() {
+    fn tiles_cover_every_pixel_once_and_suffice_for_all_threads() {
         for (region, threads) in [([3, 5, 64, 48], 2), ([0, 0, 640, 480], 64), ([7, 0, 9, 100], 3)] {
             let tiles = Tile::for_threads(region, threads);
             let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();

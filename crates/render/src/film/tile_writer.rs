@@ -82,7 +82,7 @@ impl<'a> StripCursor<'a> {
         }
     }
 
-    /// True if the memory holds the background already: pages that nobody writes cost nothing.
+    /// True if the memory already contains the background: unwritten pages are free.
     pub fn is_already_background(&self) -> bool {
         self.zero && self.background.is_some_and(ImagePlane::is_all_zero)
     }

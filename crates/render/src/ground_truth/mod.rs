@@ -1,6 +1,6 @@
 //! Ground truth: exact float64 rays through the pixel centres, and the channels read from their hits.
 //!
-//! Uses the prepared world; knows nothing of integrators.
+//! Uses the prepared world; does not depend on integrators.
 
 pub(crate) mod center_rays;
 pub(crate) mod channels;

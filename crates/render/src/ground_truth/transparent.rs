@@ -1,4 +1,4 @@
-//! Ground truth behind surfaces that can be seen through.
+//! Ground truth behind transparent surfaces.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
@@ -23,7 +23,7 @@ impl Geometry {
         self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
-    /// Replaces hits on surfaces that can be seen through by the first hits behind that cannot.
+    /// Replaces hits on transparent surfaces by the first hits on other surfaces behind them.
     pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
             hit.instance != INVALID_ID && self.is_skippable(&to_float_hit(hit), ray.direction.into())
@@ -51,7 +51,7 @@ impl Geometry {
         }
     }
 
-    /// Instances that scene-local rays with these first hits see behind surfaces that can be seen through.
+    /// Instances behind transparent surfaces, for scene-local rays with these first hits.
     pub(crate) fn visible_instances(&self, origins: &[DVec3], directions: &[Vec3], hits: &[Hit]) -> Vec<u32> {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())

@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
 //!
-//! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each throws,
-//! and [`choose_casters`] takes those that throw most.
+//! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each
+//! throws, and [`choose_casters`] takes those that throw most.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -24,20 +24,23 @@ pub(crate) struct CausticCaster {
     pub weight: f32,
 }
 
-/// Casters, at most: each costs time at every diffuse hit.
+/// Maximum number of casters: each costs time at every diffuse hit. Lab note: "Up to 32 casters", 11-26.
 pub(crate) const MAX_CASTERS: usize = 32;
-/// Casters that count in any case, and the part of what the first throws that others throw at least.
+/// Number of casters that are always used. Lab note: "up to four caustic casters", 11-22.
 const FIRST_CASTERS: usize = 4;
+/// Minimum light that further casters throw, relative to the first caster. Lab note: "a quarter of the most", 11-26.
 const MIN_FURTHER_FRACTION: f64 = 0.25;
-/// Objects whose thrown light is measured: the largest.
+/// Number of the largest objects whose thrown light is measured. Not tuned: twice [`MAX_CASTERS`].
 pub(crate) const MAX_CANDIDATES: usize = 64;
-/// Roughness above which an object counts as rough, and above which it throws nothing in particular.
+/// Roughness above which metal counts as rough. Lab note: "roughness 0.45 (metal) and 0.35 (glass)", 11-23.
 const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
+/// Roughness above which glass counts as rough. Lab note: as above.
 const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
+/// Roughness above which an object is no caster. Lab note: "Rougher casters, up to 0.8", 11-26.
 const MAX_ROUGHNESS: f32 = 0.8;
-/// Fraction of all light that a rough caster throws at least: light sampling at its surfaces finds the rest.
+/// Minimum fraction of all light that a rough caster throws. Lab note: "a fifth of all light", 11-26.
 const MIN_ROUGH_FRACTION: f64 = 0.2;
-/// Weight of a caster, at least.
+/// Minimum weight of a caster. Lab note: "with shares in proportion", 11-26; the floor was not tuned.
 const MIN_WEIGHT: f64 = 0.1;
 
 /// The objects of a world that may be caustic casters, largest first.
@@ -58,9 +61,9 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     all
 }
 
-/// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all light
-/// that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may reach them on
-/// other ways.
+/// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all
+/// light that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may
+/// reach them on other ways.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
@@ -102,7 +105,9 @@ fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
         MaterialModel::Principled(p) if has_interior(p) && p.transmission.value > 0.5 => {
             (p.roughness.value, MAX_SMOOTH_DIELECTRIC)
         }
-        _ => return None,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Glass(_) | MaterialModel::Principled(_) => {
+            return None;
+        }
     };
     match roughness {
         _ if roughness < max_smooth => Some(CausticRoughness::Smooth),
@@ -121,13 +126,14 @@ mod tests {
     use crate::control::Control;
     use crate::film::channel::Channel;
     use crate::film::image_plane::ImagePlane;
-    use crate::guiding::Caustics;
+    use crate::guiding::{Caustics, LearnedGuiding};
+    use crate::path_guiding::{GuidingSlot, PathGuiding};
     use crate::prepare::world::PreparedWorld;
     use crate::render;
     use crate::settings::{Integrator, Settings};
 
-    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin wall of it, as
-    /// many of these as are asked for.
+    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin
+    /// wall of it, as many of these as are asked for.
     fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
         let of = |reflectance| Material { model: reflectance, ..Material::default() };
@@ -176,8 +182,7 @@ mod tests {
     #[test]
     fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
-        let mut seen: Vec<_> = prepared
-            .caustic_candidates()
+        let mut seen: Vec<_> = find_caustic_candidates(&prepared.geometry)
             .iter()
             .filter(|caster| !caster.is_rough)
             .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
@@ -191,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn casters_are_those_that_throw_much() {
+    fn casters_are_objects_that_throw_most_light() {
         let caster = |instance| CausticCaster {
             instance,
             center: DVec3::ZERO,
@@ -224,16 +229,16 @@ mod tests {
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
         let eye = DVec3::new(0.0, -5.0, 2.0);
         let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
+        let settings = |seed| Settings {
+            integrator: Integrator::Path,
+            samples: 256,
+            max_depth: Some(5),
+            channels: vec![Channel::Color],
+            seed,
+            ..Settings::default()
+        };
         let picture = |prepared: &PreparedWorld, seed| {
-            let settings = Settings {
-                integrator: Integrator::Path,
-                samples: 256,
-                max_depth: Some(5),
-                channels: vec![Channel::Color],
-                seed,
-                ..Settings::default()
-            };
-            let frame = render(prepared, &camera, &settings, &Control::new()).unwrap();
+            let frame = render(prepared, &camera, &settings(seed), &Control::new()).unwrap();
             match frame.plane(Channel::Color) {
                 Some(ImagePlane::F32 { data, .. }) => data.clone(),
                 other => panic!("{other:?}"),
@@ -243,11 +248,17 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
         let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
-        let casters = prepared.caustics().casters.clone();
-        prepared.guiding.caustics = Caustics { casters, ..Caustics::default() }.into();
-        let with = pictures(&prepared);
-        prepared.guiding.caustics = Caustics::default().into();
-        let without = pictures(&prepared);
+        let learned = LearnedGuiding::default();
+        learned.learn(&prepared.geometry, &prepared.lighting().lights, &settings(0));
+        let casters = learned.caustics(&prepared.geometry).casters.clone();
+        let mut of = |caustics: Caustics| {
+            prepared.guiding = GuidingSlot::default();
+            let guiding = LearnedGuiding { caustics: caustics.into(), ..LearnedGuiding::default() };
+            prepared.guiding.install(|_| Some(Box::new(guiding)));
+            pictures(&prepared)
+        };
+        let with = of(Caustics { casters, ..Caustics::default() });
+        let without = of(Caustics::default());
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
         let [guided, noise, plain] = all.map(|all| {

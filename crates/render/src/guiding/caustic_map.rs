@@ -1,39 +1,46 @@
 //! Caustic maps: for a receiving point, the region of a caster that its photons came from.
 //!
-//! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques 1995). The
-//! space around a caster is divided into cells by direction and distance. A cell stores up to two spheres, to which samples of
-//! diffuse surfaces are guided: the neighbourhoods of photons that are brightest for their size, by the points where they left
-//! the caster or by points further along their directions.
+//! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques
+//! 1995). The space around a caster is divided into cells by direction and distance. A cell stores up to two spheres,
+//! to which samples of diffuse surfaces are guided: the neighbourhoods of photons that are brightest for their size, by
+//! the points where they left the caster or by points further along their directions.
 
 use glam::{DVec3, Vec3};
 
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::soa::{Vec3xN, lane_vec3, set_lane};
 
-/// Cells on a side of the square of octahedral directions.
+/// Cells per side of the square of octahedral directions. Lab note: "32 x 32 directions, 8 distances", 11-23.
 const CELLS_PER_SIDE: usize = 32;
-/// Cells from infinity to the bounding sphere, uniform in the reciprocal of the distance.
+/// Cells from infinity to the bounding sphere, uniform in the reciprocal of the distance. Lab note: as above.
 const DISTANCE_LAYERS: usize = 8;
 const CELL_COUNT: usize = CELLS_PER_SIDE * CELLS_PER_SIDE * DISTANCE_LAYERS;
-/// Cells on a side of the blocks to which cells with few photons are merged, at most.
+/// Maximum side, in cells, of the blocks that cells with few photons are merged into. Not tuned.
 const COARSEST_SIDE: usize = 8;
-/// Photons that a target needs, and those of a block that are looked at, at most.
+/// Minimum number of photons per target. Not tuned: fewer give no standard deviation.
 const MIN_PHOTONS: usize = 5;
+/// Maximum number of photons per block that are compared with each other. Not tuned: bounds the time of learning.
 const MAX_PHOTONS: usize = 64;
-/// Points along a photon's way by which photons of a block may be alike: its exit, and points so far from where it landed, in
-/// radii of the caster. Where light comes straight through a thin wall, directions are alike and exits are not.
+/// Distances from the landing point along a photon's path, in radii of the caster, at which photons are compared in
+/// addition to their exit points. Behind a thin wall, directions are similar and exit points are not. Lab note: "points
+/// 2, 6 and 20 radii", 11-27.
 const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
-/// Radii of the neighbourhoods that are compared, as seen from where the photons landed, and what their light is divided by: the
-/// radius to the 0.4, since small ones are worth more, but for those of few photons.
+/// Radii of the compared neighbourhoods as seen from the landing points, and the divisors of their light. The divisor
+/// is the radius to the power of 0.4, so that small neighbourhoods win unless they have few photons. Lab note: "light
+/// over radius to the 0.4, five radii from 0.03 to 0.5", 11-27.
 const NEIGHBORHOODS: [(f64, f64); 5] =
     [(0.03, 0.24595), (0.06, 0.324534), (0.12, 0.428225), (0.25, 0.574349), (0.5, 0.757858)];
-/// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster or, for points
-/// further away than that, relative to their distance.
+/// Radius of a target in standard deviations; 1.4 would cover a uniform disk. Lab note: "2.1 standard deviations wide",
+/// 11-27.
 const RADIUS_SIGMAS: f64 = 2.1;
+/// Minimum radius of a target in radii of the caster or, for points farther away, relative to their distance. Not
+/// tuned.
 const MIN_RADIUS: f64 = 0.02;
-/// Part of a block's light that its second target has, and of a caster's light that comes to cells with one, at least.
+/// Minimum part of a block's light in its second target, and of a caster's light in cells with a second target. Lab
+/// note: "Second targets only where a tenth of the caster's photons need them", 11-27.
 const MIN_SECOND_FRACTION: f64 = 0.1;
-/// Distance from exit to receiver, in radii of the caster, below which a receiver touches the caster.
+/// Distance from exit to receiver, in radii of the caster, below which the receiver touches the caster. Lab note:
+/// "Receivers that touch the caster", 11-26.
 const MIN_EXIT_DISTANCE: f64 = 0.1;
 
 /// The sphere that a cell's photons came from, relative to the caster's centre and in units of its radius.
@@ -123,8 +130,8 @@ impl CausticMap {
         Self { first, second }
     }
 
-    /// The targets of points, given relative to the caster's centre and in units of its radius, and their second targets if
-    /// the map has any.
+    /// The targets of points, given relative to the caster's centre and in units of its radius, and their second
+    /// targets if the map has any.
     #[inline(always)]
     pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> (GuideTargets<N>, Option<GuideTargets<N>>) {
         let mut cells = [0; N];
@@ -159,8 +166,8 @@ fn gather<const N: usize>(all: &CellTargets, cells: &[u32; N]) -> GuideTargets<N
     targets
 }
 
-/// The point that a receiver sees in the direction of a photon: where it left the caster; where the receiver touches the
-/// caster, as a floor under water does, a point a radius away.
+/// The point that a receiver sees in the direction of a photon: where it left the caster; where the receiver touches
+/// the caster, as a floor under water does, a point a radius away.
 fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
     let way = exit - landing;
     let distance = way.length();
@@ -199,7 +206,8 @@ fn block_targets(block: &[&MapPhoton]) -> [GuideTarget; 2] {
     targets
 }
 
-/// The way, the centre and the radius of the neighbourhood of a photon that is brightest for its size; `None` for few photons.
+/// The way, the centre and the radius of the neighbourhood of a photon that is brightest for its size; `None` for few
+/// photons.
 fn brightest_neighborhood(photons: &[&MapPhoton], landing: DVec3) -> Option<(usize, DVec3, f64)> {
     let mut best = (0.0, None);
     for way in 0..=WAY_DISTANCES.len() {
@@ -314,7 +322,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn light_of_one_direction_has_a_target_beyond_its_exits() {
+    fn parallel_light_has_a_target_beyond_its_exit_points() {
         let direction = DVec3::new(0.36, 0.48, 0.8);
         let at = |i: usize| DVec3::new(0.1 + 0.001 * (i % 8) as f64, 0.0, -1.2 + 0.01 * (i / 8) as f64);
         let photons = (0..64).map(|i| deposits(at(i) + direction * (0.2 + 0.1 * (i % 3) as f64), at(i), 1.0));
@@ -326,7 +334,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn receivers_at_the_caster_see_a_point_a_radius_away() {
+    fn receivers_touching_the_caster_use_a_point_one_radius_away() {
         let at = DVec3::new(0.9, 0.0, -0.3);
         let above = at + 0.001 * DVec3::new(0.0, 0.6, 0.8);
         assert!(visible_exit(above, at).distance(at + DVec3::new(0.0, 0.6, 0.8)) < 1e-9);

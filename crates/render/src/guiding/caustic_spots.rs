@@ -1,5 +1,5 @@
-//! Caustic spots: the small places where casters gather light, which then light everything around them as lamps do. Samples of
-//! other surfaces are guided to them; shadow rays find nothing there.
+//! Caustic spots: the small places where casters gather light, which then light everything around them as lamps do.
+//! Samples of other surfaces are guided to them; shadow rays find nothing there.
 
 use std::collections::BTreeMap;
 
@@ -7,20 +7,23 @@ use glam::DVec3;
 
 use crate::guiding::caustic_casters::CausticCaster;
 
-/// Spots, at most: each costs time at every diffuse hit.
+/// Maximum number of spots: each costs time at every diffuse hit. Lab note for all constants of this file: "Caustic
+/// spots", 11-27.
 pub(crate) const MAX_SPOTS: usize = 4;
-/// Radius within which photons make a spot, relative to the longest side of the world.
+/// Maximum radius in which photons form a spot, relative to the longest side of the world.
 const MAX_RADIUS: f64 = 1.0 / 40.0;
-/// Radius of a spot in standard deviations, and what is added to it, relative to the longest side of the world.
+/// Radius of a spot in standard deviations.
 const RADIUS_SIGMAS: f64 = 1.5;
+/// Addition to the radius of a spot, relative to the longest side of the world.
 const MARGIN: f64 = 1e-3;
-/// Noise of unguided samples half of the world away, relative to all light: the square of the spot's light over its fraction of
-/// directions.
+/// Minimum noise of unguided samples half of the world away, relative to all light: the square of the spot's light
+/// divided by its fraction of directions.
 const MIN_NOISE: f64 = 0.05;
-/// Photons of a spot, at least: few are no evidence.
+/// Minimum number of photons in a spot.
 const MIN_PHOTONS: usize = 32;
 
-/// The spots of landing points with their fractions of all light, in a world of this longest side; those that bring most first.
+/// The spots of landing points with their fractions of all light, in a world of this longest side; those that bring
+/// most first.
 pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<CausticCaster> {
     let reach = MAX_RADIUS * size;
     let mut spots = vec![];

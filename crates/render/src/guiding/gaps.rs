@@ -1,35 +1,46 @@
 //! Gaps that much light passes: balls that samples of diffuse surfaces are guided to, as to caustic casters.
 //!
-//! Photons' segments between diffuse surfaces tell from where light arrives. [`find_gaps`] takes the balls that lower the
-//! relative variance of a guided bounce most, the mean of all places, and keeps those that other photons confirm.
+//! Photons' segments between diffuse surfaces tell from where light arrives. [`find_gaps`] takes the balls that lower
+//! the relative variance of a guided bounce most, the mean of all places, and keeps those that other photons confirm.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::cones::MAX_GAPS;
-use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT, TargetCone};
+use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT};
+use crate::lobes::cone_mixture::TargetCone;
 
-/// Part of the variance that the first ball takes at least, of the photons that it was fitted to and of the others, and the
-/// same for the further ones; and the part that all take at least, of the others.
+// Lab note for all constants of this file, unless they name another: "Gaps that photons find", 11-27.
+
+/// Maximum number of gaps: each costs time at every diffuse hit.
+pub(crate) const MAX_GAPS: usize = 8;
+/// Minimum part of the variance that the first ball removes: for the photons that it was fitted to, and for the other
+/// half.
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];
+/// Minimum part of the variance that each further ball removes, for the same two halves.
 const MIN_FURTHER_GAIN: [f64; 2] = [0.012, 0.01];
+/// Minimum part of the other half's variance that all balls remove. Lab note: "Without the 10 % of all", 11-27.
 const MIN_WHOLE_GAIN: f64 = 0.1;
-/// Light passes beside what few photons show: a ball is this much larger.
+/// Factor of a ball's radius: few photons do not show the whole gap.
 const MARGIN: f64 = 1.15;
-/// Balls that the other photons refuse before the search ends.
+/// Number of balls refused by the other half after which the search ends. Not tuned.
 const MAX_REFUSED: usize = 8;
-/// Cells along the longest side of the world in which light is counted, a power of two, and photons of a place at least.
+/// Cells along the longest side of the world in which light is counted: a power of two. Not tuned.
 const CELLS: usize = 16;
+/// Minimum number of photons in a cell. Not tuned.
 const MIN_PHOTONS: f64 = 16.0;
-/// Cells along the longest side in which balls begin, and those that most light crosses.
+/// Cells along the longest side of the world from which balls start.
 const BALL_CELLS: usize = 24;
+/// Number of the cells crossed by most light from which balls start.
 const MAX_BALL_CELLS: usize = 40;
-/// Segments that balls are judged by, and how many of them one may be: few photons are no evidence. There is no judgement
-/// without so many in a half, nor where fewer than this part of them go between diffuse surfaces: under an open sky.
+/// Number of segments that balls are judged by.
 const JUDGES: u32 = 4096;
+/// Maximum weight of one segment among [`JUDGES`]: few photons are no evidence. Lab note: "none of which counts for
+/// more than 1 %", 11-27.
 const MAX_SAME_JUDGES: u32 = JUDGES / 100;
+/// Minimum number of segments of a half; with fewer, no gap is searched for.
 const MIN_SEGMENTS: usize = 10_000;
+/// Minimum part of the segments between diffuse surfaces; under an open sky it is smaller, and no gap is searched for.
 const MIN_DIFFUSE_PART: f64 = 0.1;
 
 /// The way of a photon between two surfaces, scene-local.

@@ -1,16 +1,18 @@
 //! Light visibility: the parts of space from which light sampling finds something.
 //!
-//! Shadow rays towards lamps in glass, or in another room, end at what is in between. Space is divided into cubes, and light
-//! sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone: its
-//! first visitor finds out, and any other would find the same.
+//! Shadow rays towards lamps in glass, or in another room, end at what is in between. Space is divided into cubes, and
+//! light sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone:
+//! its first visitor finds out, and any other would find the same.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use glam::{DVec3, UVec3};
 
-/// Cubes along the longest side of the world, at most.
+/// Maximum number of cubes along the longest side of the world. Lab note: "Light sampling at one hit in eight in cubes
+/// (24 along the longest side)", 11-26.
 const MAX_CELLS_PER_SIDE: u32 = 24;
-/// Rate of light sampling in hidden cells. Not zero: what was seen from a few points is no proof.
+/// Rate of light sampling in hidden cubes. Not zero, because a few points do not prove that a cube is dark. Lab note:
+/// as above.
 pub(crate) const HIDDEN_RATE: f32 = 1.0 / 8.0;
 
 const UNKNOWN: u8 = 0;
@@ -49,8 +51,8 @@ impl LightVisibility {
         Some(all)
     }
 
-    /// The rate of light sampling at a point. `sees_light` finds out once a cube whether light is seen from it, by its lower
-    /// and upper corner; it must depend on the cube alone.
+    /// The rate of light sampling at a point. `sees_light` finds out once a cube whether light is seen from it, by its
+    /// lower and upper corner; it must depend on the cube alone.
     #[inline]
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();
@@ -73,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cube_is_asked_once() {
+    fn every_cube_is_tested_once() {
         let visibility = LightVisibility::new([DVec3::splat(-1.0), DVec3::new(5.0, 1.0, 0.5)]).unwrap();
         assert_eq!(visibility.counts, UVec3::new(24, 8, 6));
         let mut asked = vec![];
@@ -91,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_without_a_size_has_no_cubes() {
+    fn boxes_without_size_have_no_cubes() {
         for corner in [DVec3::ZERO, DVec3::splat(f64::INFINITY), DVec3::splat(f64::NAN)] {
             assert!(LightVisibility::new([DVec3::ZERO, corner]).is_none());
         }

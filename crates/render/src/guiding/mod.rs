@@ -1,83 +1,88 @@
-//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps that light passes, and light
-//! sampling is rare where it finds nothing.
+//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light
+//! arrives, and lights are sampled rarely from places that no light reaches directly.
 //!
-//! [`caustic_casters`] finds the objects, [`caustic_map`] where photons left them, [`caustic_spots`] where they gather, [`gaps`]
-//! the gaps; [`cones`] is the density of guided samples, [`sample_cones`] draws them, [`light_visibility`] remembers from where
-//! light is seen. The photons come from the integrator's passes. This folder uses `interaction`, `prepare` and `lobes`.
+//! The rest of the renderer uses this folder through the trait [`PathGuiding`] only; `guiding_switch.rs` selects it.
+//!
+//! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that photons came
+//!   from. [`caustic_spots`]: places where photons gather. [`photon_pass`] traces the photons.
+//! * [`gaps`]: gaps through which light arrives. [`gap_photons`] traces their photons.
+//! * [`light_visibility`]: from which parts of space lights are visible. [`visibility_rays`] traces the shadow rays.
+//! * [`sample_cones`]: sets the cones of a [`ConeMixture`] to all these targets.
+//!
+//! Tuned constants name the lab note that records their measurement: "lab note" is the section Guiding of
+//! `docs/lab-notes/integrator.md`, with the row's date.
 
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod caustic_spots;
-pub(crate) mod cones;
+pub(crate) mod gap_photons;
 pub(crate) mod gaps;
 pub(crate) mod light_visibility;
+pub(crate) mod photon_pass;
 pub(crate) mod sample_cones;
+pub(crate) mod visibility_rays;
 
 use std::sync::OnceLock;
 
+use glam::DVec3;
+use raycam_bvh::dispatch_simd;
+
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters, find_caustic_candidates};
 use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::gap_photons::{first_gap_sample, trace_gaps};
 use crate::guiding::light_visibility::LightVisibility;
+use crate::guiding::photon_pass::{find_caustics, needs_caustics};
+use crate::guiding::sample_cones::SampleGuided;
+use crate::guiding::visibility_rays::{needs_light_visibility, sees_light};
+use crate::light::lights::Lights;
+use crate::lobes::cone_mixture::ConeMixture;
+use crate::path_guiding::{DirectionGuide, GuidedPoints, PathGuiding};
 use crate::prepare::geometry::Geometry;
+use crate::settings::Settings;
+use crate::soa::{LANES, Vec3xN};
 use crate::thread_pool::MadeOnce;
 
-/// Guiding of a prepared world.
+/// Path guiding that learns from photons and shadow rays.
 #[derive(Debug, Default)]
-pub(crate) struct Guiding {
-    /// Result of [`Guiding::candidates`], computed on demand.
+pub(crate) struct LearnedGuiding {
+    /// Objects that may focus light, found on demand.
     candidates: OnceLock<Vec<CausticCaster>>,
-    /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
-    pub caustics: OnceLock<Caustics>,
-    /// The gaps that light passes, found when samples need them: see [`crate::integrator::gap_photons::gaps_of`].
-    pub gaps: MadeOnce<Vec<CausticCaster>>,
-    /// Parts of space with rare light sampling, for paths that need it: see
-    /// [`crate::integrator::light_visibility::prepare_light_visibility`]. `None` if the world has no size.
-    pub light_visibility: OnceLock<Option<LightVisibility>>,
-    /// True for a world within an exposure.
+    caustics: OnceLock<Caustics>,
+    gaps: MadeOnce<Vec<CausticCaster>>,
+    /// Parts of space with rare light sampling. `None` if the world has no size.
+    light_visibility: OnceLock<Option<LightVisibility>>,
+    /// True for a world within an exposure: tracing photons for every time would cost too much.
     is_within_exposure: bool,
 }
 
-/// The casters that samples are guided to.
+/// Targets around objects that focus light.
 #[derive(Debug, Default)]
 pub(crate) struct Caustics {
     pub casters: Vec<CausticCaster>,
-    /// The caustic map of each caster; none for a world within an exposure.
+    /// The caustic map of each caster; empty for a world within an exposure.
     pub maps: Vec<CausticMap>,
-    /// The spots that they light.
     pub spots: Vec<CausticCaster>,
 }
 
-/// Nothing that samples are guided to.
-pub(crate) static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };
+static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };
 
-impl Guiding {
-    /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
-    pub fn within_exposure() -> Self {
-        Self { is_within_exposure: true, ..Self::default() }
+impl LearnedGuiding {
+    pub fn new(is_within_exposure: bool) -> Self {
+        Self { is_within_exposure, ..Self::default() }
     }
 
-    /// True if rays may be traced to learn where light goes: not for every time of an exposure.
-    pub fn learns(&self) -> bool {
-        !self.is_within_exposure
-    }
-
-    /// True if photons may look for casters.
-    pub fn needs_photons(&self) -> bool {
-        self.learns() && self.caustics.get().is_none()
-    }
-
-    /// The objects that may be casters, found now unless they are known.
-    pub fn candidates(&self, geometry: &Geometry) -> &[CausticCaster] {
+    /// Objects that may be casters.
+    fn candidates(&self, geometry: &Geometry) -> &[CausticCaster] {
         if let Some(known) = self.candidates.get() {
             return known;
         }
-        // Found outside of the cell: threads must not wait for it.
+        // Computed outside of the cell, so that other threads do not wait for it.
         let candidates = find_caustic_candidates(geometry);
         self.candidates.get_or_init(|| candidates)
     }
 
-    /// The casters, their maps and spots; none before they were found.
-    pub fn caustics(&self, geometry: &Geometry) -> &Caustics {
+    /// The casters, their maps and spots; empty before they are learned.
+    fn caustics(&self, geometry: &Geometry) -> &Caustics {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);
             let chosen = choose_casters(candidates, &vec![0.0; candidates.len().min(MAX_CANDIDATES)]);
@@ -85,5 +90,72 @@ impl Guiding {
             let _ = self.caustics.set(Caustics { casters, ..Caustics::default() });
         }
         self.caustics.get().unwrap_or(&NO_CAUSTICS)
+    }
+}
+
+impl PathGuiding for LearnedGuiding {
+    fn learn_geometry(&self, geometry: &Geometry) {
+        self.candidates(geometry);
+    }
+
+    fn learn(&self, geometry: &Geometry, lights: &Lights, settings: &Settings) {
+        if self.is_within_exposure {
+            return;
+        }
+        if self.caustics.get().is_none() && needs_caustics(lights, settings) {
+            // Not inside of `get_or_init`: a waiting thread would steal work of other images.
+            let _ = self.caustics.set(find_caustics(geometry, lights, self.candidates(geometry)));
+        }
+        if needs_light_visibility(lights, settings) {
+            self.light_visibility.get_or_init(|| LightVisibility::new(geometry.bounds()));
+        }
+    }
+
+    fn first_late_sample(&self, settings: &Settings, size: [u32; 2]) -> Option<u32> {
+        first_gap_sample(settings, size)
+    }
+
+    fn learn_late(&self, geometry: &Geometry, lights: &Lights) {
+        if !self.is_within_exposure {
+            self.gaps.get_or_make(|| trace_gaps(geometry, lights));
+        }
+    }
+
+    fn guide<'a>(
+        &'a self,
+        geometry: &Geometry,
+        lights: &Lights,
+        is_late: bool,
+    ) -> Option<Box<dyn DirectionGuide + 'a>> {
+        let caustics = if lights.can_cast_caustics() { self.caustics(geometry) } else { &NO_CAUSTICS };
+        let gaps = self.gaps.get().filter(|_| is_late).map_or(&[][..], Vec::as_slice);
+        let has_targets = !(caustics.casters.is_empty() && gaps.is_empty());
+        has_targets.then(|| Box::new(LearnedTargets { caustics, gaps }) as _)
+    }
+
+    fn has_rare_light_sampling(&self) -> bool {
+        self.light_visibility.get().is_some_and(Option::is_some)
+    }
+
+    fn light_sampling_rate(&self, geometry: &Geometry, lights: &Lights, position: DVec3) -> f32 {
+        match self.light_visibility.get() {
+            Some(Some(visibility)) => visibility.rate(position, |cell| sees_light(geometry, lights, cell)),
+            _ => 1.0,
+        }
+    }
+}
+
+/// The targets of a batch of samples.
+#[derive(Debug)]
+struct LearnedTargets<'a> {
+    caustics: &'a Caustics,
+    gaps: &'a [CausticCaster],
+}
+
+impl DirectionGuide for LearnedTargets<'_> {
+    fn sample(&self, points: &GuidedPoints, mixture: &mut ConeMixture<LANES>, out: &mut Vec3xN<f32, LANES>) {
+        let GuidedPoints { interactions, active, random } = *points;
+        let Self { caustics, gaps } = *self;
+        dispatch_simd(SampleGuided { caustics, gaps, interactions, active, random, cones: mixture, out });
     }
 }

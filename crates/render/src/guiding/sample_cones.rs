@@ -1,83 +1,57 @@
 //! Guided sampling of diffuse surfaces, many at a time.
 
-use glam::Vec3;
 use raycam_bvh::WithSimd;
 
 use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
 use crate::guiding::caustic_map::GuideTargets;
-use crate::guiding::cones::GuidingCones;
+use crate::guiding::caustic_spots::MAX_SPOTS;
+use crate::guiding::gaps::MAX_GAPS;
 use crate::interaction::batch::SurfaceInteractions;
-use crate::lobes::shading_frame::{sincos_turns, to_world_around};
-use crate::soa::{Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
+use crate::lobes::cone_mixture::{ConeMixture, MAX_CONES};
+use crate::soa::{Vec3xN, lane_dvec3, lane_vec3, set_lane};
 
-/// Fraction of a surface's samples that casters may have, at most.
+/// Maximum fraction of a surface's samples that is guided to casters and gaps. Lab note: "Up to a fifth of the rays",
+/// 11-22; 0.3 to 0.5 were refused.
 pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
-/// Density of samples to a caster relative to uniform samples of the hemisphere, at most.
+/// Maximum density of samples towards a caster, relative to uniform samples of the hemisphere. Lab note: "at most 16
+/// times as densely", 11-22.
 pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
-/// Weight and density of the regions of caustic maps, and the fraction of the casters' weight that remains beside a map.
+/// Maximum fraction of a surface's samples that is guided by caustic maps. Lab note: "Constants of it", 11-23.
 const MAX_MAP_WEIGHT: f32 = 0.2;
+/// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times as densely", 11-23.
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
+/// Fraction of the casters' weight that remains next to a map. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
-/// Smallest cone that is sampled: 1 - cosine of the half angle.
-const MIN_CONE: f32 = 1e-6;
 
-/// The directions to a sphere.
-pub(crate) struct TargetCone {
-    pub axis: Vec3,
-    pub one_minus_cos: f32,
-    /// Upper bound of its fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
-    pub max_fraction: f32,
+// One cone for each caster, gap and spot, and two for each map.
+const _: () = assert!(3 * MAX_CASTERS + MAX_GAPS + MAX_SPOTS <= MAX_CONES);
+
+/// Computes the cones, and samples a direction for every lane.
+pub(crate) struct SampleGuided<'a, const N: usize> {
+    pub caustics: &'a Caustics,
+    /// Gaps that light passes, which samples are guided to as to casters.
+    pub gaps: &'a [CausticCaster],
+    pub interactions: &'a SurfaceInteractions<N>,
+    /// Lanes whose samples are guided.
+    pub active: &'a [bool; N],
+    pub random: &'a [[f32; N]; 2],
+    pub cones: &'a mut ConeMixture<N>,
+    pub out: &'a mut Vec3xN<f32, N>,
 }
 
-impl TargetCone {
+impl<const N: usize> WithSimd for SampleGuided<'_, N> {
     #[inline(always)]
-    pub fn new(direction: Vec3, radius: f32, normal: Vec3) -> Self {
-        let distance2 = direction.length_squared();
-        let sin2 = radius * radius / distance2;
-        let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
-        let axis = direction / distance2.sqrt();
-        let up = normal.dot(axis) + sin2.sqrt();
-        let is_sampled = (sin2 < 0.999) & (one_minus_cos > MIN_CONE) & (up > 0.0);
-        let fraction = 2.0 * one_minus_cos * up.clamp(0.0, 1.0);
-        Self {
-            axis,
-            one_minus_cos: if is_sampled { one_minus_cos } else { 1.0 },
-            max_fraction: if is_sampled { fraction } else { 0.0 },
-        }
+    fn run(self) {
+        let Self { caustics, gaps, interactions, active, random, cones, out } = self;
+        cones.set_targets(caustics, gaps, interactions, active);
+        cones.sample(interactions.shading_normals(), random, out);
     }
 }
 
-impl<const N: usize> GuidingCones<N> {
-    /// Sets the cones of all lanes, and the weights that they would have alone, times `weight`; returns each
-    /// [`TargetCone::max_fraction`]. The arrays are local until they are full: loops that write into `self` while they read
-    /// the interactions are not vectorised.
-    #[inline(always)]
-    fn set_cones(
-        &mut self,
-        k: usize,
-        (directions, radii): (&Vec3xN<f32, N>, &[f32; N]),
-        normals: &Vec3xN<f32, N>,
-        density_ratio: f32,
-        weight: f32,
-    ) -> [f32; N] {
-        let mut axis = [[0.0; N]; 3];
-        let [mut one_minus_cos, mut weights, mut max_fractions] = [[0.0; N]; 3];
-        for lane in 0..N {
-            let cone = TargetCone::new(lane_vec3(directions, lane), radii[lane], lane_vec3(normals, lane));
-            set_lane(&mut axis, lane, cone.axis.to_array());
-            one_minus_cos[lane] = cone.one_minus_cos;
-            weights[lane] = weight * (density_ratio * cone.max_fraction).min(1.0);
-            max_fractions[lane] = cone.max_fraction;
-        }
-        self.axis[k] = axis;
-        self.one_minus_cos[k] = one_minus_cos;
-        self.weight[k] = weights;
-        max_fractions
-    }
-
+impl<const N: usize> ConeMixture<N> {
     /// Adds the cones from points to the targets of a caustic map, all in units of the caster; returns what
-    /// [`GuidingCones::set_cones`] returns.
+    /// [`ConeMixture::set_cones`] returns.
     #[inline(always)]
     fn add_map_cones(
         &mut self,
@@ -95,52 +69,6 @@ impl<const N: usize> GuidingCones<N> {
         self.set_cones(self.count - 1, (&directions, &targets.radius), normals, MAX_MAP_DENSITY_RATIO, weight)
     }
 
-    /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
-    #[inline(always)]
-    fn limit_weights(&mut self, cones: std::ops::Range<usize>, max: &[f32; N]) {
-        let mut all = [0.0; N];
-        for weights in &self.weight[cones.clone()] {
-            for (all, weight) in all.iter_mut().zip(weights) {
-                *all += weight;
-            }
-        }
-        let mut scale = [1.0; N];
-        for lane in 0..N {
-            let (all, max) = (all[lane], max[lane]);
-            scale[lane] = if all > max { max / all } else { 1.0 };
-            self.cosine_weight[lane] -= all * scale[lane];
-        }
-        for weights in &mut self.weight[cones] {
-            for (weight, scale) in weights.iter_mut().zip(&scale) {
-                *weight *= scale;
-            }
-        }
-    }
-}
-
-/// Computes the cones, and samples a direction for every lane.
-pub(crate) struct SampleGuided<'a, const N: usize> {
-    pub caustics: &'a Caustics,
-    /// Gaps that light passes, which samples are guided to as to casters.
-    pub gaps: &'a [CausticCaster],
-    pub interactions: &'a SurfaceInteractions<N>,
-    /// Lanes whose samples are guided.
-    pub active: &'a [bool; N],
-    pub random: &'a [[f32; N]; 2],
-    pub cones: &'a mut GuidingCones<N>,
-    pub out: &'a mut Vec3xN<f32, N>,
-}
-
-impl<const N: usize> WithSimd for SampleGuided<'_, N> {
-    #[inline(always)]
-    fn run(self) {
-        let Self { caustics, gaps, interactions, active, random, cones, out } = self;
-        cones.set_targets(caustics, gaps, interactions, active);
-        cones.sample(interactions.shading_normals(), random, out);
-    }
-}
-
-impl<const N: usize> GuidingCones<N> {
     /// Sets the cones to the casters, the gaps, the spots and the regions of the casters' maps, and the weights of all.
     #[inline(always)]
     fn set_targets(
@@ -187,42 +115,184 @@ impl<const N: usize> GuidingCones<N> {
         self.limit_weights(passages..balls, &max_spots);
         self.limit_weights(balls..self.count, &max_maps);
     }
+}
 
-    /// Samples a direction for every lane. The first random number chooses the cone; its remainder is again uniform.
-    #[inline(always)]
-    fn sample(&self, normals: &Vec3xN<f32, N>, [first, second]: &[[f32; N]; 2], out: &mut Vec3xN<f32, N>) {
-        let mut begin = [0.0; N];
-        let mut one_minus_cos = [1.0; N];
-        let mut remainder = [0.0; N];
-        let mut is_guided = [false; N];
-        let mut axis = *normals;
-        for k in 0..self.count {
-            for lane in 0..N {
-                let weight = self.weight[k][lane];
-                let offset = first[lane] - begin[lane];
-                let is_chosen = (offset >= 0.0) & (offset < weight);
-                for (axis, cone) in axis.iter_mut().zip(&self.axis[k]) {
-                    axis[lane] = if is_chosen { cone[lane] } else { axis[lane] };
-                }
-                one_minus_cos[lane] = if is_chosen { self.one_minus_cos[k][lane] } else { one_minus_cos[lane] };
-                remainder[lane] = if is_chosen { offset / weight } else { remainder[lane] };
-                is_guided[lane] |= is_chosen;
-                begin[lane] += weight;
-            }
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use glam::{DAffine3, DVec3, Vec3};
+    use raycam_bvh::{Hit, dispatch_simd};
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Material, Object, World};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::guiding::caustic_map::CausticMap;
+    use crate::guiding::caustic_map::tests::from_balls;
+    use crate::interaction::batch::SurfaceInteractions;
+    use crate::prepare::world::PreparedWorld;
+    use crate::sampling::chi_squared::{limit, statistic};
+    use crate::soa::{LANES, get_lane, set_triangle};
+
+    fn floor() -> PreparedWorld {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([2.0, 2.0]).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let object = Object::new("", floor, vec![material], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+    }
+
+    /// Rays that come down on places of the floor, the first of which is `first`.
+    fn places<const N: usize>(world: &PreparedWorld, first: usize) -> SurfaceInteractions<N> {
+        let mut places = SurfaceInteractions::<N>::default();
+        let corners = places.clear();
+        for lane in 0..N {
+            set_triangle(corners, lane, world.geometry.corners(0, 0));
         }
         for lane in 0..N {
-            let is_guided = is_guided[lane];
-            let rest = (first[lane] - begin[lane]) / self.cosine_weight[lane];
-            let x = if is_guided { remainder[lane] } else { rest };
-            let x = x.clamp(0.0, 1.0);
-            let cap = x * one_minus_cos[lane];
-            let sin2 = if is_guided { cap * (2.0 - cap) } else { x };
-            let cosine = if is_guided { 1.0 - cap } else { (1.0 - x).sqrt() };
-            let (sin, cos) = sincos_turns(second[lane]);
-            let radius = sin2.sqrt();
-            let local = Vec3::new(radius * cos, radius * sin, cosine);
-            let direction = to_world_around(get_lane(&axis, lane).into(), local);
-            set_lane(out, lane, direction.to_array());
+            let hit = Hit { t: 1.0, u: 0.05 * (first + lane) as f32, v: 0.1, instance: 0, triangle: 0 };
+            places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0);
+        }
+        places.run();
+        places
+    }
+
+    /// A caster above the floor, one that the floor cuts, one around all points, one too far away, a gap, and a spot.
+    fn some() -> Vec<CausticCaster> {
+        [
+            (DVec3::new(1.5, 0.0, 1.0), 0.4),
+            (DVec3::new(-1.0, 2.0, 0.1), 0.6),
+            (DVec3::new(0.0, 0.0, 2.0), 5.0),
+            (DVec3::new(0.0, 0.0, 9e3), 1.0),
+            (DVec3::new(-0.9, -1.2, 1.2), 0.5),
+            (DVec3::new(0.8, 1.1, 0.4), 0.05),
+        ]
+        .map(|(center, radius)| CausticCaster { instance: 0, center, radius, is_rough: false, weight: 1.0 })
+        .into()
+    }
+
+    /// The maps of two of them, the second with two targets.
+    fn thrown() -> Vec<CausticMap> {
+        let beside = 0.7 * DVec3::X;
+        let balls: [Vec<(DVec3, f64)>; 2] =
+            [vec![(DVec3::new(0.3, 0.2, -0.5), 0.2)], vec![(beside, 0.1), (-beside, 0.1)]];
+        let throws = |(i, mirror): (usize, &CausticCaster)| match balls.get(i) {
+            Some(balls) => from_balls(mirror, balls),
+            None => CausticMap::new(mirror, [].into_iter()),
+        };
+        some().iter().enumerate().map(throws).collect()
+    }
+
+    fn aimed<const N: usize>(
+        places: &SurfaceInteractions<N>,
+        thrown: &[CausticMap],
+        active: [bool; N],
+        random: [[f32; N]; 2],
+    ) -> (ConeMixture<N>, Vec3xN<f32, N>) {
+        let (mut aims, mut out) = (ConeMixture::default(), [[0.0; N]; 3]);
+        dispatch_simd(SampleGuided {
+            caustics: &Caustics { casters: some()[..4].to_vec(), maps: thrown.to_vec(), spots: some()[5..].to_vec() },
+            gaps: &some()[4..5],
+            interactions: places,
+            active: &active,
+            random: &random,
+            cones: &mut aims,
+            out: &mut out,
+        });
+        (aims, out)
+    }
+
+    fn random(at: usize) -> f32 {
+        let mut x = at as u32;
+        for factor in [0x7feb_352d, 0x846c_a68b] {
+            x = (x ^ (x >> 16)).wrapping_mul(factor);
+        }
+        (x >> 8) as f32 / (1 << 24) as f32
+    }
+
+    #[test]
+    fn sampled_directions_follow_their_density() {
+        const HIGH: usize = 40;
+        const AROUND: usize = 40;
+        const FINE: usize = 32;
+        const SAMPLES: usize = 1 << 16;
+        let world = floor();
+        let mut places = SurfaceInteractions::<LANES>::default();
+        let corners = places.clear();
+        (0..LANES).for_each(|lane| set_triangle(corners, lane, world.geometry.corners(0, 0)));
+        let hit = Hit { t: 1.0, u: 0.2, v: 0.1, instance: 0, triangle: 0 };
+        (0..LANES).for_each(|lane| places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0));
+        places.run();
+        let cell = |d: DVec3| {
+            let turn = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
+            let row = ((d.z + 1.0) / 2.0 * HIGH as f64) as usize;
+            row.min(HIGH - 1) * AROUND + ((turn * AROUND as f64) as usize).min(AROUND - 1)
+        };
+        for thrown in [vec![], thrown()] {
+            let mut seen = vec![0.0f64; HIGH * AROUND];
+            for at in 0..SAMPLES {
+                let number = |which| std::array::from_fn(|lane| random(2 * (at * LANES + lane) + which));
+                let (_, out) = aimed(&places, &thrown, [true; LANES], [number(0), number(1)]);
+                for lane in 0..LANES {
+                    let direction = Vec3::from(get_lane(&out, lane));
+                    assert!((direction.length() - 1.0).abs() < 1e-5);
+                    seen[cell(direction.as_dvec3())] += 1.0;
+                }
+            }
+            let (aims, _) = aimed(&places, &thrown, [true; LANES], [[0.5; LANES]; 2]);
+            let mut expected = vec![0.0f64; HIGH * AROUND];
+            for row in 0..HIGH * FINE {
+                for column in 0..AROUND * FINE {
+                    let z = (row as f64 + 0.5) / (HIGH * FINE) as f64 * 2.0 - 1.0;
+                    let (sin, cos) = ((column as f64 + 0.5) / (AROUND * FINE) as f64 * TAU).sin_cos();
+                    let radius = (1.0 - z * z).sqrt();
+                    let direction = DVec3::new(radius * cos, radius * sin, z);
+                    let density = aims.pdf(5, direction.as_vec3(), z as f32);
+                    let solid = 2.0 * TAU / (HIGH * AROUND * FINE * FINE) as f64;
+                    expected[row / FINE * AROUND + column / FINE] += f64::from(density) * solid;
+                }
+            }
+            let all: f64 = expected.iter().sum();
+            assert!((all - 1.0).abs() < 1e-3, "{all}");
+            let count = (SAMPLES * LANES) as f64;
+            let (chi2, freedom) = statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
+            assert!(freedom > 500.0 && chi2 < limit(freedom, 1), "{chi2} of {freedom}");
+            // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
+            let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
+            let (whole, balls) = shares.split_at(5);
+            let (&[spot], balls) = balls.split_first_chunk().unwrap();
+            assert!(spot > 0.0 && spot < 0.2, "{spot}");
+            let most = if thrown.is_empty() { 0.2 } else { 0.3 * 0.2 };
+            assert!((whole.iter().sum::<f32>() - most).abs() < 1e-6, "{whole:?}");
+            assert_eq!(whole[2..4], [0.0, 0.0]);
+            assert!(whole[4] > 0.0);
+            let thrown_at = balls.iter().sum::<f32>();
+            assert_eq!(thrown_at > 0.0, !thrown.is_empty(), "{balls:?}");
+            assert!(thrown_at <= 0.2 + 1e-6, "{balls:?}");
+            assert!((aims.cosine_weight[5] - (1.0 - most - spot - thrown_at)).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn batch_equals_scalar() {
+        let world = floor();
+        let whole = places::<LANES>(&world, 0);
+        let thrown = thrown();
+        let active = std::array::from_fn(|lane| lane % 5 != 4);
+        let number = |which| std::array::from_fn(|lane| random(2 * lane + which));
+        let numbers: [[f32; LANES]; 2] = [number(0), number(1)];
+        let (aims, out) = aimed(&whole, &thrown, active, numbers);
+        let cosines = std::array::from_fn(|lane| out[2][lane]);
+        let densities = aims.pdfs(&out, &cosines);
+        for lane in 0..LANES {
+            let own = numbers.map(|numbers| [numbers[lane]]);
+            let (alone, direction) = aimed(&places::<1>(&world, lane), &thrown, [active[lane]], own);
+            assert_eq!(get_lane(&direction, 0), get_lane(&out, lane));
+            let density = alone.pdf(0, get_lane(&direction, 0).into(), cosines[lane]);
+            assert_eq!(density, densities[lane]);
+            assert_eq!(alone.cosine_weight[0] < 1.0, active[lane]);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The path that brought most of the light of a sample: the surfaces that it met, and the ray along which the light came.
+//! The path that brought most of the light of a sample: the surfaces that it met, and the ray along which the light
+//! came.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
@@ -56,8 +57,8 @@ struct Recorder<'a, 'b> {
     records: Vec<PathRecord>,
 }
 
-/// Traces the paths of a batch as [`path::radiance`](crate::integrator::path::radiance) does; returns the radiance along
-/// every camera ray with its brightest path.
+/// Traces the paths of a batch as [`path::radiance`](crate::integrator::path::radiance) does; returns the radiance
+/// along every camera ray with its brightest path.
 pub(crate) fn bright_paths(
     world: &PreparedWorld,
     settings: &PathSettings,

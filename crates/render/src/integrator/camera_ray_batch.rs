@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, INVALID_ID, Scene};
 
-use crate::guiding::caustic_casters::CausticCaster;
 use crate::interaction::ray_cone::RayCone;
 use crate::sampling::sampler::Sampler;
 
@@ -19,8 +18,8 @@ pub(crate) struct CameraRayBatch<'a> {
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
     pub samplers: &'a [Sampler],
-    /// Gaps that samples of diffuse surfaces are guided to.
-    pub gaps: &'a [CausticCaster],
+    /// True if path guiding guides these samples as late samples.
+    pub is_late: bool,
 }
 
 /// True for a ray that hit nothing.

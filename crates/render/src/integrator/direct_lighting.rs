@@ -69,7 +69,7 @@ impl PathTracer<'_> {
         self.for_each_light_sample(sampling, &(&context).into(), choice, random, emit);
     }
 
-    /// Adds the ambient term, occluded by what is near.
+    /// Adds the ambient term, occluded by nearby surfaces.
     fn add_ambient<B: BsdfModel>(
         &self,
         path: &PathState,
@@ -96,8 +96,9 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Emits the light samples of a point with their indices. Densities include the choice among all lights, and that of having
-    /// samples at all. `choice` is the random number that chooses both, `random` returns those for a position on a light.
+    /// Emits the light samples of a point with their indices. Densities include the choice among all lights, and that
+    /// of having samples at all. `choice` is the random number that chooses both, `random` returns those for a position
+    /// on a light.
     #[inline(always)]
     pub fn for_each_light_sample(
         &self,

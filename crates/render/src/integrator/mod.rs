@@ -1,39 +1,35 @@
 //! Integrators: from camera rays and their hits to radiance.
 //!
-//! `flat` ([`unlit`]) and `ao` shade the first hit. `path` and `direct` share [`path`], a wavefront path tracer after pbrt-v4
-//! (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition, chapter 15): all paths of a tile advance
-//! one bounce at a time, so that rays are traced and BSDFs evaluated in batches.
+//! `flat` ([`unlit`]) and `ao` shade the first hit. `path` and `direct` share [`path`], a wavefront path tracer after
+//! pbrt-v4 (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition, chapter 15): all paths of a
+//! tile advance one bounce at a time, so that rays are traced and BSDFs evaluated in batches.
 //!
 //! * [`path_state`]: the state of a path, and the queues of rays that a bounce fills.
 //! * [`path_tracer`]: what all paths share, and the steps that do not depend on a BSDF: escaped rays, emission, the
 //!   continuation of a path. Light is found by light sampling and by BSDF sampling, weighed by the balance heuristic of
 //!   multiple importance sampling (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
-//!   9.2.2). Russian roulette ends paths of less than a threshold after some segments, by the throughput times `eta_scale`.
+//!   9.2.2). Russian roulette ends paths of less than a threshold after some segments, by the throughput times
+//!   `eta_scale`.
 //! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
 //! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
 //! * [`shade`]: one hit of any material.
-//! * [`light_visibility`]: shadow rays that find out where light sampling may be rare.
 //! * [`bright_path`]: the paths of a batch once more, with the surfaces and the light of the brightest, for notices.
-//! * [`gap_photons`]: photons from lit surfaces on, which find the gaps that later samples are guided to.
-//! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
 //!
-//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state light_visibility <- path_tracer <- direct_lighting <- shade <-
-//! batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `guiding`, `interaction`, `sampling` and `prepare`.
+//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting <-
+//! shade <- batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `path_guiding`, `interaction`,
+//! `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
 pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 pub(crate) mod direct_lighting;
-pub(crate) mod gap_photons;
-pub(crate) mod light_visibility;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
-pub(crate) mod photon_pass;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
@@ -56,7 +52,8 @@ use crate::settings::{Integrator, Settings};
 /// Light samples that `direct` takes at a point, at most.
 const MAX_LIGHT_SAMPLES: usize = 64;
 
-/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is scattered.
+/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is
+/// scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
@@ -100,8 +97,8 @@ pub(crate) fn bright_paths(
     bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
-/// The settings of paths; those of `direct` have one bounce behind specular surfaces, where every light is sampled and constant
-/// environments are an ambient term.
+/// The settings of paths; those of `direct` have one bounce behind specular surfaces, where every light is sampled and
+/// constant environments are an ambient term.
 fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
     let paths = PathSettings {
         lights,
@@ -145,7 +142,7 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
     }
 }
 
-/// True if anything that is seen is of solid glass.
+/// True if any visible object is made of solid glass.
 fn has_solid_glass(world: &PreparedWorld) -> bool {
     let solid: Vec<bool> = world.geometry.materials.iter().map(|known| is_solid_glass(&known.material)).collect();
     solid.contains(&true)
@@ -171,7 +168,7 @@ impl Integrator {
         matches!(self, Self::Direct | Self::Path)
     }
 
-    /// Remarks on a picture of a world.
+    /// Notices about an image of a world.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<Notice> {
         let mut notices = Vec::new();
         if !self.needs_light() {
@@ -180,7 +177,7 @@ impl Integrator {
         let lighting = world.lighting();
         if lighting.default_lights.is_some() {
             let besides = match lighting.lights.has_emissive_triangles() {
-                true => " but surfaces that shine, which a glTF file has to be seen",
+                true => " except emissive surfaces",
                 false => "",
             };
             notices.push(Notice::new(NoticeCode::DefaultLights, format!(
@@ -188,8 +185,8 @@ impl Integrator {
             )));
         }
         if self == Self::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
-            let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are too dark: \
-                           set the radius of the lamp or the angular_diameter of the sun (Earth's: 0.53)";
+            let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are \
+                           too dark; set radius (lamps) or angular_diameter (suns; Earth's sun: 0.53) to light them";
             notices.push(Notice::new(NoticeCode::GlassBlocksLight, message));
         }
         notices

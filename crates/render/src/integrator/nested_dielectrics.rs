@@ -1,8 +1,9 @@
 //! Nested dielectrics: the media that a path is in, such as glass in water.
 //!
-//! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002. Where
-//! closed meshes overlap, the material of the highest priority fills the space, and surfaces of the others are false
-//! intersections. Among equal priorities, the material that was entered last wins: an inner body displaces the outer one.
+//! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002.
+//! Where closed meshes overlap, the material of the highest priority fills the space, and surfaces of the others are
+//! false intersections. Among equal priorities, the material that was entered last wins: an inner body displaces the
+//! outer one.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
@@ -64,8 +65,8 @@ impl InteriorList {
         self.0[0] == EMPTY
     }
 
-    /// The transition at a surface of a material with an interior. A path that leaves a material without having entered it
-    /// began there.
+    /// The transition at a surface of a material with an interior. A path that leaves a material without having entered
+    /// it began there.
     fn transition(
         self,
         geometry: &Geometry,
@@ -74,7 +75,8 @@ impl InteriorList {
         channel: Option<usize>,
     ) -> InterfaceTransition {
         let [first, second, ..] = self.0;
-        // The frequent case, no other medium. Compared word by word: a whole comparison would stall on the words just stored.
+        // The frequent case, no other medium. Compared word by word: a whole comparison would stall on the words just
+        // stored.
         if first == if is_front { EMPTY } else { material as u32 } && second == EMPTY {
             let mut far = Self::default();
             far.0[0] = if is_front { material as u32 } else { EMPTY };

@@ -1,7 +1,7 @@
 //! The path integrator, and `direct`, which is the path integrator with one bounce behind specular surfaces.
 //!
-//! Every turn of the loop is one bounce of all paths of a tile: escaped rays add the environment, hits are shaded in chunks,
-//! then one batch of shadow rays and one batch of closest-hit rays are traced.
+//! Every turn of the loop is one bounce of all paths of a tile: escaped rays add the environment, hits are shaded in
+//! chunks, then one batch of shadow rays and one batch of closest-hit rays are traced.
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit};
@@ -34,7 +34,8 @@ pub(crate) struct PathScratch {
     pub(super) queues: WavefrontQueues,
 }
 
-/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is scattered.
+/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is
+/// scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &PathSettings,

@@ -5,11 +5,7 @@ use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material};
 
 use crate::bsdf::BsdfSample;
-use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::light_visibility::LightVisibility;
-use crate::guiding::{Caustics, NO_CAUSTICS};
 use crate::integrator::camera_ray_batch::CameraRayBatch;
-use crate::integrator::light_visibility::sees_light;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
@@ -18,6 +14,7 @@ use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::{EnvironmentLookup, ONE_MINUS_SHADOW_EPSILON};
+use crate::path_guiding::{DirectionGuide, PathGuiding};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::world::PreparedWorld;
@@ -27,17 +24,15 @@ use crate::settings::Catchers;
 
 /// Segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
-/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every survivor is
-/// weighted up to a throughput of about one at the first roulette, which is more noise than the time is worth.
+/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every
+/// survivor is weighted up to a throughput of about one at the first roulette, which is more noise than the time is
+/// worth.
 const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
 /// Bounces after which roulette ends some paths of any throughput: light inside clear glass is never dimmed.
 const MAX_CERTAIN_BOUNCES: u32 = 11;
 const MAX_LATE_SURVIVAL: f32 = 0.95;
 
-/// Segments from a surface over a caustic caster to a light, at least.
-pub(crate) const MIN_CAUSTIC_SEGMENTS: u32 = 2;
-
-/// Settings of the paths of one picture.
+/// Settings of the paths of one image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSettings<'a> {
     pub lights: &'a Lights,
@@ -147,12 +142,10 @@ pub(crate) struct PathTracer<'a> {
     pub settings: &'a PathSettings<'a>,
     pub samplers: &'a [Sampler],
     pub modes: PathModes<'a>,
-    /// Objects that samples of diffuse surfaces are guided to, and what they light.
-    pub caustics: &'a Caustics,
-    /// Gaps that light passes, which samples are guided to as well.
-    pub gaps: &'a [CausticCaster],
-    /// Parts of space with rare light sampling; `None` if there are none.
-    light_visibility: Option<&'a LightVisibility>,
+    /// Guide of diffuse samples; `None` if they are not guided.
+    pub guide: Option<Box<dyn DirectionGuide + 'a>>,
+    /// Path guiding, if it makes light sampling rare in some places.
+    rare_light_sampling: Option<&'a dyn PathGuiding>,
     /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
     pub bounce: u32,
 }
@@ -160,7 +153,7 @@ pub(crate) struct PathTracer<'a> {
 impl<'a> PathTracer<'a> {
     pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, batch: &CameraRayBatch<'a>) -> Self {
         let lights = settings.lights;
-        let caustics = if lights.can_cast_caustics() { world.caustics() } else { &NO_CAUSTICS };
+        let guiding = world.guiding.get();
         let modes = PathModes::new(&world.geometry, settings);
         let may_be_rare = modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
         Self {
@@ -169,9 +162,8 @@ impl<'a> PathTracer<'a> {
             settings,
             samplers: batch.samplers,
             modes,
-            caustics,
-            gaps: batch.gaps,
-            light_visibility: world.guiding.light_visibility.get().and_then(Option::as_ref).filter(|_| may_be_rare),
+            guide: guiding.and_then(|guiding| guiding.guide(&world.geometry, lights, batch.is_late)),
+            rare_light_sampling: guiding.filter(|guiding| may_be_rare && guiding.has_rare_light_sampling()),
             bounce: 0,
         }
     }
@@ -223,9 +215,9 @@ impl PathTracer<'_> {
     /// The part of all hits at a point that samples lights.
     #[inline]
     pub fn light_sampling_rate(&self, sampling: LightSampling, position: DVec3) -> f32 {
-        match self.light_visibility {
-            Some(visibility) if sampling == LightSampling::Importance => {
-                visibility.rate(position, |cell| sees_light(self.geometry, self.lights, cell))
+        match self.rare_light_sampling {
+            Some(guiding) if sampling == LightSampling::Importance => {
+                guiding.light_sampling_rate(self.geometry, self.lights, position)
             }
             _ => 1.0,
         }
@@ -330,8 +322,9 @@ impl PathTracer<'_> {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }
 
-    /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass such walls as
-    /// well: the next light is weighed as the point that scattered the path last sampled it, and the segment does not count.
+    /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass
+    /// such walls as well: the next light is weighed as the point that scattered the path last sampled it, and the
+    /// segment does not count.
     pub fn pass_straight(
         &self,
         path: &mut PathState,
@@ -373,7 +366,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
-            // Most paths are above the threshold and need no random number, which is dear.
+            // Most paths are above the threshold and need no random number, which is expensive.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
                 let [_, random] = self.samplers[path.ray_index].get_2d(dimension);

@@ -15,7 +15,8 @@ use crate::lobes::classify::is_dispersive;
 use crate::sampling::dimension::Dimension;
 
 impl PathTracer<'_> {
-    /// Shades a hit; true if the path continues. The frequent BSDFs are compiled by themselves, without the layers of others.
+    /// Shades a hit; true if the path continues. The frequent BSDFs are compiled by themselves, without the layers of
+    /// others.
     #[inline]
     pub fn shade(
         &self,

@@ -248,8 +248,9 @@ impl<const N: usize> SurfaceInteractions<N> {
     }
 
     /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth surface that
-    /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray Tracing
-    /// Gems II, 2021, chapter 4). The sides of a curved surface that only reflects are those of the smooth surface.
+    /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray
+    /// Tracing Gems II, 2021, chapter 4). The sides of a curved surface that only reflects are those of the smooth
+    /// surface.
     #[inline(always)]
     fn interpolate_normals(&mut self) {
         for lane in 0..N {

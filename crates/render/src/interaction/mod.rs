@@ -19,9 +19,9 @@ use crate::lobes::shading_frame::ShadingFrame;
 pub(crate) struct SurfaceInteraction {
     /// Scene-local.
     pub position: DVec3,
-    /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's, or the interpolated
-    /// one of a curved surface that only reflects. Light that reaches the smooth surface from below a triangle's plane is then
-    /// cut off by what is in the way, not by the plane.
+    /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's, or the
+    /// interpolated one of a curved surface that only reflects. Light that reaches the smooth surface from below a
+    /// triangle's plane is then limited by occluders, not by the plane.
     pub side_normal: Vec3,
     /// Interpolated unit normal, on the viewer's side.
     shading_normal: Vec3,

@@ -1,4 +1,4 @@
-//! Lights of a world that has none.
+//! Default lights of a world without lights.
 
 use raycam_scene::{Light, Up};
 

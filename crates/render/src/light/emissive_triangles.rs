@@ -80,7 +80,7 @@ impl PartialEq for EmissiveInstance {
 }
 
 impl Geometry {
-    /// Instances of which a surface may shine, by number.
+    /// Instances that may have emissive surfaces, by index.
     fn shining_instances(&self) -> impl Iterator<Item = (usize, &PreparedInstance)> {
         let shines = |&material: &usize| self.materials[material].material.emission.value != [0.0; 3];
         let instances = self.instances.iter().enumerate();

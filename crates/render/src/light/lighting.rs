@@ -1,4 +1,4 @@
-//! Lighting of a world: its lights and default lights, made when a picture first needs them.
+//! Lighting of a world: its lights and default lights, prepared when an image first needs them.
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -18,11 +18,11 @@ const MAX_RECENT: usize = 2;
 #[derive(Debug)]
 pub(crate) struct Lighting {
     pub lights: Lights,
-    /// Stand-in lights of a world that has none.
+    /// Default lights of a world without lights.
     pub default_lights: Option<Lights>,
 }
 
-/// Lighting that is made on demand, and what it is made of. Worlds that differ in nothing of this share it.
+/// Lighting prepared on demand, with its inputs. Worlds with equal inputs share it.
 #[derive(Debug)]
 pub(crate) struct LightingCell {
     lights: Vec<Light>,
@@ -33,7 +33,7 @@ pub(crate) struct LightingCell {
     made: OnceLock<Lighting>,
 }
 
-/// Lightings that were made last among the worlds of a family.
+/// Most recently prepared lightings of a family's worlds.
 #[derive(Debug, Default)]
 pub(crate) struct RecentLighting {
     /// Locked for look-ups alone.
@@ -103,17 +103,17 @@ impl LightingCell {
         same && self.lights.len() == world.lights.len()
     }
 
-    /// True if the lights were made.
+    /// True if the lights are prepared.
     pub fn is_made(&self) -> bool {
         self.made.get().is_some()
     }
 
-    /// The lights, made now unless they are there; what `recent` lightings have in common with it is taken from them.
+    /// The lights; created if necessary; what `recent` lightings have in common with it is taken from them.
     pub fn get(self: &Arc<Self>, geometry: &Geometry, recent: &RecentLighting) -> &Lighting {
         if let Some(made) = self.made.get() {
             return made;
         }
-        // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
+        // Not inside of `get_or_init`: a waiting thread would steal work of other images.
         let made = self.make(geometry, &recent.cells());
         let made = self.made.get_or_init(|| made);
         recent.keep(self);

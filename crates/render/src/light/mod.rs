@@ -11,7 +11,7 @@
 //! returns the density of that sampler: all that multiple importance sampling (MIS) needs (E. Veach, "Robust Monte
 //! Carlo Methods for Light Transport Simulation", 1997, chapter 9).
 //!
-//! Uses the geometry and interactions; knows nothing of BSDFs.
+//! Uses the geometry and interactions; does not depend on BSDFs.
 
 pub(crate) mod bounds;
 pub(crate) mod default_lights;

@@ -1,7 +1,7 @@
 //! Grids and quadratures shared by the albedo tables.
 //!
-//! Tables are uniform in the square root of the cosine and in the square root of perceptual roughness, since narrow lobes
-//! change fast near both zeros.
+//! Tables are uniform in the square root of the cosine and in the square root of perceptual roughness, since narrow
+//! lobes change fast near both zeros.
 
 use glam::Vec3;
 
@@ -46,7 +46,8 @@ pub(crate) fn cosine_of_column(column: usize) -> f32 {
     (root * root).max(1e-4)
 }
 
-/// The means of functions of `wo` and a microfacet normal over the microfacets visible from `wo`, which has this cosine.
+/// The means of functions of `wo` and a microfacet normal over the microfacets visible from `wo`, which has this
+/// cosine.
 /// `points` are the radial and the angular count of the quadrature.
 pub(crate) fn mean_over_visible_normals<const N: usize>(
     ggx: &Ggx,

@@ -1,7 +1,7 @@
 //! Directional albedo of rough interfaces, and the energy that single scattering loses.
 //!
-//! C. Kulla and A. Conty, "Revisiting Physically Based Shading at Imageworks", 2017: a second, reciprocal lobe returns the
-//! energy that one microfacet reflection loses. The tables over cosine and roughness are made once, by quadrature.
+//! C. Kulla and A. Conty, "Revisiting Physically Based Shading at Imageworks", 2017: a second, reciprocal lobe returns
+//! the energy that one microfacet reflection loses. The tables over cosine and roughness are made once, by quadrature.
 //!
 //! Table values come in pairs: the albedo of an interface with f0 = f90 = 1, and the part of it that scales with f0 in
 //! Schlick's approximation.

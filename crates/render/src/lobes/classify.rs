@@ -36,7 +36,9 @@ impl BatchKind {
             },
             MaterialModel::Glass(glass) if !glass.thin && glass.dispersion == 0.0 => Self::RoughDielectric,
             MaterialModel::Principled(p) => Self::from_principled(p, is_bare),
-            _ => Self::General,
+            MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) | MaterialModel::Glass(_) => {
+                Self::General
+            }
         }
     }
 
@@ -88,7 +90,7 @@ pub(crate) fn is_solid_glass(material: &Material) -> bool {
         MaterialModel::Principled(p) => {
             has_interior(p) && p.transmission.value > 0.5 && p.roughness.value < MAX_ROUGHNESS
         }
-        _ => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
     }
 }
 
@@ -125,7 +127,8 @@ pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     let (index, dispersion, fresnel_model) = match &material.model {
         MaterialModel::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, FresnelModel::Exact),
         MaterialModel::Principled(p) if has_interior(p) => (p.ior, p.dispersion, FresnelModel::Schlick),
-        _ => return vec![],
+        MaterialModel::Glass(_) | MaterialModel::Principled(_) => return vec![],
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => return vec![],
     };
     let table = |channel| DielectricAlbedo::new(ior_of_channel(index, dispersion, channel), fresnel_model);
     match is_dispersive(material) {
@@ -134,7 +137,7 @@ pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     }
 }
 
-/// The absorption per metre in the interior of a material, where it has one.
+/// The absorption per metre in the interior of a material, if it has one.
 pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
     match &material.model {
         MaterialModel::Principled(p) => {
@@ -154,7 +157,8 @@ pub(crate) fn interior_ior(material: &Material, channel: Option<usize>) -> f32 {
     match &material.model {
         MaterialModel::Glass(glass) if !glass.thin => ior_of_channel(glass.ior, glass.dispersion, channel),
         MaterialModel::Principled(p) if has_interior(p) => ior_of_channel(p.ior, p.dispersion, channel),
-        _ => 1.0,
+        MaterialModel::Glass(_) | MaterialModel::Principled(_) => 1.0,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => 1.0,
     }
 }
 

@@ -52,7 +52,8 @@ impl Clearcoat {
         1.0 - view_albedo.max(self.albedo(tables, cosine))
     }
 
-    /// The reflectance times the cosine of the world direction `wi`, the same in all colours, and the density of sampling
+    /// The reflectance times the cosine of the world direction `wi`, the same in all colours, and the density of
+    /// sampling
     /// `wi`. `wo` is local to the coat.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {

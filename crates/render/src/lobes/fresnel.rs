@@ -139,8 +139,8 @@ pub(crate) fn reflect(wo: Vec3, wm: Vec3) -> Option<Vec3> {
     (wi.z > 0.0).then_some(wi)
 }
 
-/// The refracted direction of `wo` at a microfacet; `None` for total reflection and above the surface. `eta` is the index
-/// of the far side relative to the near side.
+/// The refracted direction of `wo` at a microfacet; `None` for total reflection and above the surface. `eta` is the
+/// index of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn refract(wo: Vec3, wm: Vec3, eta: f32) -> Option<Vec3> {
     let (wi, is_valid) = refract_unchecked(wo, wm, eta);

@@ -1,8 +1,8 @@
 //! Scattering mathematics of single lobes: microfacets, Fresnel terms, albedo tables, sheen, clear coat, thin films.
 //!
-//! Nothing here knows a world, a texture or a path. Every formula is written once, for one point, and inlined: the
-//! batched BSDFs call the same functions in loops over lanes, which the compiler turns into vector code. Such functions
-//! select instead of branching where a lane may go either way.
+//! This folder does not depend on worlds, textures or paths. Every formula is written once, for one point, and inlined:
+//! the batched BSDFs call the same functions in loops over lanes, which the compiler turns into vector code. Such
+//! functions select instead of branching where a lane may go either way.
 //!
 //! Directions `wo` (towards the viewer) and `wi` (towards the light) point away from the surface, have unit length, and
 //! are local unless stated otherwise: coordinates along tangent, bitangent and shading normal.
@@ -13,6 +13,7 @@ pub(crate) mod albedo_grid;
 pub(crate) mod albedo_tables;
 pub(crate) mod classify;
 pub(crate) mod clearcoat;
+pub(crate) mod cone_mixture;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod phong_lobe;

@@ -85,8 +85,8 @@ pub(crate) fn to_world_around(axis: Vec3, v: Vec3) -> Vec3 {
     right * v.x + up * v.y + axis * v.z
 }
 
-/// Sine and cosine of an angle in turns, 0..=1, accurate to a rounding or two and the same on every machine (polynomials
-/// of S. Moshier, "Cephes", single precision).
+/// Sine and cosine of an angle in turns, 0..=1, accurate to a rounding or two and the same on every machine
+/// (polynomials of S. Moshier, "Cephes", single precision).
 #[inline(always)]
 pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5) as u32;

@@ -48,7 +48,7 @@ impl Sheen {
         self.color * self.albedo(cosine).min(1.0)
     }
 
-    /// The fraction of light that passes to the layers below, in the colour of which least does.
+    /// The fraction of light that passes to the layers below: the minimum over the colours.
     pub fn base_transmittance(&self, cosine: f32) -> f32 {
         (1.0 - self.color.max_element() * self.albedo(cosine)).max(0.0)
     }

@@ -149,9 +149,9 @@ impl<'a> ShutterSlices<'a> {
                     return Ok(then);
                 }
                 Err(RenderError::world(format!(
-                    "the second camera reads {count} lines one after another while the world moves: its {} objects, and \
-                     the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
-                     follow to a camera of fewer lines or without a readout, or to a world that stands",
+                    "flow to a rolling shutter of {count} lines in a moving world needs too much memory: its {} objects, and \
+                     their deforming meshes, take about {} MiB per line, the limit for all lines is 2 GiB; use a second \
+                     camera with fewer lines or without a readout, or a world that does not move",
                     then.geometry.instances.len(),
                     (objects + deforming).div_ceil(1 << 20)
                 )))

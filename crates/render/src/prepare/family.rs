@@ -1,7 +1,7 @@
 //! Parts of prepared worlds that a world and all that comes of it share: each is built once while its input lives.
 //!
-//! A part is kept as long as anyone else has the input that it was built of: a world at a time, a copy or a changed world
-//! finds the parts that the others have built, also when the one that built them is gone.
+//! A part is kept as long as anyone else has the input that it was built of: a world at a time, a copy or a changed
+//! world finds the parts that the others have built, also when the one that built them is gone.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -43,7 +43,7 @@ impl<P: BuiltPart> SharedParts<P> {
         self.lock().values().find(|part| fits(part)).cloned()
     }
 
-    /// Keeps the parts of a world, and frees those whose inputs nobody has any more.
+    /// Keeps the parts of a world, and frees parts whose inputs no longer exist.
     pub fn keep<'a>(&self, used: impl Iterator<Item = &'a Arc<P>>)
     where
         P: 'a,

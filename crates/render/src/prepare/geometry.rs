@@ -50,16 +50,16 @@ pub(crate) struct Geometry {
 pub(crate) struct OnDemandScenes {
     /// `None` if it would be too large or too coarse.
     pub flattened: OnceLock<Option<Scene>>,
-    /// Two-level scene with re-braided leaves, for a world whose own has none. `None` if it cannot be built.
+    /// Two-level scene with re-braided leaves, for a world whose scene has none. `None` if it cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
     /// Exact rays traced without the flattened scene.
     pub exact_rays: AtomicU64,
-    /// True if the world was made of another one by moving things.
+    /// True if the world was created from another world by moving objects.
     pub is_of_moved: bool,
 }
 
 impl OnDemandScenes {
-    /// None yet, for a world that was made of another one by moving things.
+    /// `None` at first, for a world created from another world by moving objects.
     pub fn of_moved() -> Self {
         Self { is_of_moved: true, ..Self::default() }
     }
@@ -242,7 +242,7 @@ pub(crate) fn build_scene(
     let instances = instances.iter().map(|object| object.bvh_instance(origin));
     Scene::build_over(leaves, instances.collect(), origin.to_array()).map_err(|error| match error {
         BuildError::NonFinite { what } => {
-            RenderError::world(format!("{what} is placed where float32 does not reach: keep coordinates below 1e30"))
+            RenderError::world(format!("coordinates of {what} exceed float32; keep them below 1e30"))
         }
         other => RenderError::world(other.to_string()),
     })

@@ -32,7 +32,7 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
-    /// True for an instance of which compositions show the shadows alone.
+    /// True for a shadow catcher: compositions show only its shadows.
     pub is_catcher: bool,
 }
 

@@ -14,7 +14,7 @@ use crate::lobes::phong_lobe::PhongLobe;
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
-    /// The specular lobe, where there is one.
+    /// The specular lobe, if present.
     pub phong_lobe: Option<Arc<PhongLobe>>,
     /// The batched BSDF of its hits.
     pub kind: BatchKind,
@@ -22,7 +22,7 @@ pub(crate) struct PreparedMaterial {
     pub is_straight: bool,
     /// True if no light passes its surface but by opacity.
     pub reflects_only: bool,
-    /// Absorption per metre of its interior, where it has one.
+    /// Absorption per metre of its interior, if it has one.
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, where it refracts.
     pub dielectric_tables: Arc<[DielectricAlbedo]>,

@@ -138,8 +138,8 @@ impl PreparedMesh {
         }
     }
 
-    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Refitted, which costs rays nothing
-    /// where all boxes are squeezed alike, outside of the lock: threads must not wait for it.
+    /// BVH of the mesh, around its centre, after a linear map; `index` is for errors. Refitted, which costs rays
+    /// nothing where all boxes are squeezed alike, outside of the lock: threads must not wait for it.
     pub fn stretched_bvh(&self, index: usize, stretch: DMat3) -> Result<Arc<Bvh>, RenderError> {
         let known = || self.stretched.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known().iter().find(|(own, _)| *own == stretch).and_then(|(_, bvh)| bvh.upgrade());
@@ -209,8 +209,8 @@ impl BuiltPart for PreparedMesh {
     }
 }
 
-/// Centre of a box, rounded to an eighth of the power of two above the radius: it stays where it is while little of what
-/// the box surrounds moves, and costs float32 coordinates an eighth of a bit.
+/// Centre of a box, rounded to an eighth of the power of two above the radius: it stays where it is while little of
+/// what the box surrounds moves, and costs float32 coordinates an eighth of a bit.
 pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
     let half = (upper - lower) / 2.0;
     let center = lower + half;

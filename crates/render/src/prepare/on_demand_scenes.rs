@@ -15,11 +15,11 @@ use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
 use crate::prepare::instance::PreparedInstance;
 use crate::thread_pool::in_pool;
 
-/// Samples per triangle that pay for the build, with a margin, if instances are close.
+/// Samples per triangle that justify the build, with a margin, if instances are close.
 const SAMPLES_TO_PAY: u64 = 4;
-/// Samples per triangle that pay for the build if instances are far apart, so that few rays enter several.
+/// Samples per triangle that justify the build if instances are far apart, so that few rays enter several.
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
-/// Exact rays per triangle that pay for the build; there are fewer, and they are coherent.
+/// Exact rays per triangle that justify the build; there are fewer, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
 /// The same for a world that was made of another by moving things: it will hardly stay either.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_rays_use_the_flattened_scene_once_it_pays() {
+    fn exact_rays_use_the_flattened_scene_after_enough_rays() {
         let mut world = world();
         // Coincident objects: the first one is hit.
         for i in [0, 1, 0, 2, 0] {
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moved_world_is_rebraided_once_it_pays() {
+    fn moved_worlds_are_rebraided_after_enough_rays() {
         let world = world();
         let still = prepare(&world, None);
         still.geometry.rebraid_if_worth(usize::MAX);

@@ -64,7 +64,7 @@ impl StretchedMeshes {
     }
 }
 
-/// The stretch to apply to a mesh before its BVH is built; `None` if the transform is good as it is, or flattens.
+/// The stretch to apply to a mesh before its BVH is built; `None` if none is needed or the transform is flat.
 fn stretch_of(linear: DMat3) -> Option<DMat3> {
     let is_good = |m: DMat3| condition(m) <= MAX_CONDITION;
     if is_good(linear) || !linear.inverse().is_finite() {
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_squeezes_is_stretched_first_and_the_rest_is_nearly_a_rotation() {
+    fn stretched_meshes_leave_a_transform_close_to_a_rotation() {
         for good in [
             DMat3::IDENTITY,
             turned(0.7) * 1e-6,

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_footprint_sees_the_mean_and_a_narrow_one_the_texel() {
+    fn wide_footprints_return_the_mean_and_narrow_ones_the_texel() {
         let image = gray([64, 64], |x, y| ((x + y) % 2) as f32);
         let texture = PreparedTexture::new(Arc::new(Texture {
             image: Arc::new(image),

@@ -12,24 +12,30 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     for (i, material) in world.materials.iter().enumerate() {
         material.validate().map_err(invalid)?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= world.textures.len()) {
-            return fail(format!("material {i} has texture {} of {}", slot.texture, world.textures.len()));
+            return fail(format!(
+                "material {i} refers to texture {}, but the world has {}",
+                slot.texture,
+                world.textures.len()
+            ));
         }
     }
     for Object { name, mesh: index, materials, world_from_mesh, .. } in &world.objects {
         let Some(mesh) = world.meshes.get(*index) else {
-            return fail(format!("object {name:?} has mesh {index} of {}", world.meshes.len()));
+            return fail(format!("object {name:?} refers to mesh {index}, but the world has {}", world.meshes.len()));
         };
         let slots = mesh.slot_count().max(1);
         if materials.len() < slots {
             let given = materials.len();
-            return fail(format!("object {name:?} has {given} materials, its mesh uses {slots}"));
+            return fail(format!("object {name:?} has {given} materials; its mesh needs {slots}"));
         }
         if let Some(material) = materials.iter().find(|&&material| material >= world.materials.len()) {
             let count = world.materials.len();
-            return fail(format!("object {name:?} has material {material} of {count}"));
+            return fail(format!("object {name:?} refers to material {material}, but the world has {count}"));
         }
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
-            return fail(format!("object {name:?} is placed by {world_from_mesh:?}: expected an invertible transform"));
+            return fail(format!(
+                "object {name:?} has the transform {world_from_mesh:?}; expected an invertible transform"
+            ));
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Prepared world: geometry, lighting and caustic guiding, composed.
+//! Prepared world: geometry, lighting and the slot of path guiding.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -8,9 +8,8 @@ use raycam_scene::{Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::{Caustics, Guiding};
 use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
+use crate::path_guiding::GuidingSlot;
 use crate::prepare::family::SharedParts;
 use crate::prepare::geometry::{Extent, Geometry, MAX_ORIGIN_RADII, world_bounds};
 use crate::prepare::instance::{PreparedInstance, object_bounds};
@@ -25,12 +24,12 @@ use crate::thread_pool::Workers;
 pub struct PreparedWorld {
     pub(crate) geometry: Geometry,
     lighting: Arc<LightingCell>,
-    pub(crate) guiding: Guiding,
+    pub(crate) guiding: GuidingSlot,
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed worlds,
-/// moments) share. It lives as long as any of them.
+/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed
+/// worlds, moments) share. It lives as long as any of them.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
@@ -56,9 +55,9 @@ impl PreparedWorld {
         Self::in_family(world, &family, previous, threads, control)
     }
 
-    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving objects,
-    /// lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights are made by
-    /// the first picture that needs them. Checks `control` between meshes.
+    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving
+    /// objects, lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights
+    /// are made by the first image that needs them. Checks `control` between meshes.
     ///
     /// # Errors
     /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
@@ -88,7 +87,7 @@ impl PreparedWorld {
         let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
         family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
         family.textures.keep(geometry.textures.iter());
-        Ok(Self { geometry, lighting, guiding: Guiding::default(), family: family.clone() })
+        Ok(Self { geometry, lighting, guiding: GuidingSlot::default(), family: family.clone() })
     }
 
     /// True if a world needs no new BVH and has few objects.
@@ -116,12 +115,12 @@ impl PreparedWorld {
         let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
         let materials = prepare_materials(&world.materials, &base.materials);
         let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone(), None)?;
-        let guiding = Guiding::within_exposure();
+        let guiding = GuidingSlot::within_exposure();
         let lighting = LightingCell::new(world, &geometry, [&reference.lighting])?;
         Ok(Self { geometry, lighting, guiding, family: family.clone() })
     }
 
-    /// Lights, made now unless they are there.
+    /// Lights; created if necessary.
     pub(crate) fn lighting(&self) -> &Lighting {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }
@@ -131,26 +130,19 @@ impl PreparedWorld {
         self.lighting().default_lights.is_some()
     }
 
-    /// True if the lights were made, by a picture of this world or of another with the same.
+    /// True if the lights are prepared, by an image of this world or of another world with the same lights.
     pub fn has_lighting(&self) -> bool {
         self.lighting.is_made()
     }
 
-    /// The objects that may be caustic casters, found now unless they are known.
-    pub(crate) fn caustic_candidates(&self) -> &[CausticCaster] {
-        self.guiding.candidates(&self.geometry)
-    }
-
-    /// The casters, their maps and spots; none before they were found.
-    pub(crate) fn caustics(&self) -> &Caustics {
-        self.guiding.caustics(&self.geometry)
-    }
-
-    /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.
+    /// Prepares the parts of the world that lit images need, in the current pool: otherwise, waiting threads would
+    /// prepare them too.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();
-        self.caustic_candidates();
+        if let Some(guiding) = self.guiding.get() {
+            guiding.learn_geometry(&self.geometry);
+        }
     }
 
     /// Number of instances whose BVH `other` shares.

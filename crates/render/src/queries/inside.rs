@@ -111,11 +111,11 @@ fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
     DVec3::AXES[axis] * sign
 }
 
-/// True for each point inside of any of the chosen objects. A point on a surface is where a point moved by an infinitesimal
-/// vector is, so a box holds `lower <= point < upper`.
+/// True for each point inside of any of the chosen objects. A point on a surface is where a point moved by an
+/// infinitesimal vector is, so a box holds `lower <= point < upper`.
 ///
-/// Exact for closed meshes, whichever way their triangles are turned; open ones hold the points with a winding number of
-/// 1/2 or more, in size.
+/// Exact for closed meshes, whichever way their triangles are turned; open ones hold the points with a winding number
+/// of 1/2 or more, in size.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].

@@ -1,7 +1,7 @@
-//! Queries of rays, points and pairs of points, decided exactly for the float64 numbers given.
+//! Ray, point and point-pair queries, decided exactly for the given float64 numbers.
 //!
-//! Rays hit closed triangles ([`rays`], [`visible`]) or cross surfaces ([`crossings`]); crossings tell inside from outside
-//! ([`inside`]). Points have closest points ([`points`]) with a side ([`signed_distance`]).
+//! Rays hit closed triangles ([`rays`], [`visible`]) or cross surfaces ([`crossings`]); crossings decide inside or
+//! outside ([`inside`]). Points have closest points ([`points`]) with a side ([`signed_distance`]).
 
 pub mod crossings;
 pub mod fields;

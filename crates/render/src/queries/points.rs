@@ -44,9 +44,10 @@ impl PointArrays<'_> {
         }
         let count = geometry.instances.len();
         match self.objects {
-            Some(mask) if mask.len() != count => {
-                fail(format!("a choice among {} objects of a world with {count}", mask.len()))
-            }
+            Some(mask) if mask.len() != count => fail(format!(
+                "the object mask has {} entries; expected one for each of the {count} objects",
+                mask.len()
+            )),
             _ => Ok(()),
         }
     }
@@ -82,8 +83,8 @@ pub struct ClosestPoints {
     pub normal: Vec<[f64; 3]>,
 }
 
-/// Closest point of the chosen objects to each point. Triangles without area are segments or points, and count. Ties go to
-/// the smaller (instance, triangle). Points that are not finite have none.
+/// Closest point of the chosen objects to each point. Triangles without area are segments or points, and count. Ties go
+/// to the smaller (instance, triangle). Points that are not finite have none.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of
@@ -232,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_follow_each_other() {
+    fn nearby_points_are_searched_one_after_another() {
         let corner = |i: usize| [(i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2 & 1) as f64];
         let points: Vec<[f64; 3]> = (0..8).rev().map(corner).collect();
         assert_eq!(morton_order(&points), [7, 6, 5, 4, 3, 2, 1, 0]);

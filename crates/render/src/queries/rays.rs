@@ -59,12 +59,11 @@ impl RayArrays<'_> {
             }
         }
         if self.kernel != Kernel::Exact && self.t_min.iter().any(|t| *t != 0.0) {
-            let message = "t_min needs the exact kernel: leave out exact=False, or move the origins";
+            let message = "t_min requires the exact kernel; omit exact=False, or move the origins";
             return Err(RenderError::settings(message));
         }
         if self.kernel != Kernel::Exact && !self.selection.is_everything() {
-            let message =
-                "a choice of surfaces (objects, skip, facing, surface) needs the exact kernel: leave out exact=False";
+            let message = "objects, skip, facing and surface require the exact kernel; omit exact=False";
             return Err(RenderError::settings(message));
         }
         self.selection.check(world.geometry.instances.len(), o)
@@ -88,13 +87,13 @@ impl RayArrays<'_> {
 
 /// Fields of the nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
 ///
-/// A triangle is closed: its edges and corners belong to it; seen edge on it is not met. Signs are exact, t is off by one
+/// A triangle is closed: its edges and corners belong to it; edge-on it is not hit. Signs are exact, t is off by one
 /// unit in the last place at most, and the position is weighted from the corners, so far origins lose nothing. First is
 /// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors of
-/// [`crate::thread_pool::with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors
+/// of [`crate::thread_pool::with_pool`].
 pub fn cast_rays(
     world: &PreparedWorld,
     rays: &RayArrays,

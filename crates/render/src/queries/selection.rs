@@ -33,7 +33,7 @@ pub struct Selection<'a> {
     pub skip: Option<(&'a [i32], &'a [i32])>,
     /// Side that rays must come from.
     pub facing: Facing,
-    /// First surfaces, or the first that cannot be seen through.
+    /// First surfaces, or first surfaces that are not transparent.
     pub surface: TruthSurface,
 }
 
@@ -49,13 +49,19 @@ impl Selection<'_> {
     pub(super) fn check(&self, objects: usize, rays: usize) -> Result<(), RenderError> {
         let fail = |message: String| Err(RenderError::settings(message));
         if let Some(mask) = self.objects.filter(|mask| mask.len() != objects) {
-            return fail(format!("a choice among {} objects of a world with {objects}", mask.len()));
+            return fail(format!(
+                "the object mask has {} entries; expected one for each of the {objects} objects",
+                mask.len()
+            ));
         }
         if let Some((instances, triangles)) = self.skip
             && (instances.len() != rays || triangles.len() != rays)
         {
             let given = (instances.len(), triangles.len());
-            return fail(format!("skip has {} objects and {} triangles for {rays} rays", given.0, given.1));
+            return fail(format!(
+                "skip has {} objects and {} triangles; expected one of each for {rays} rays",
+                given.0, given.1
+            ));
         }
         Ok(())
     }

@@ -27,8 +27,8 @@ pub struct PointPairs<'a> {
 /// True for each pair of points with no closed triangle between them. The answer is the same both ways.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length or the margin is negative, [`RenderError::Cancelled`], and errors
-/// of [`crate::thread_pool::with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length or the margin is negative, [`RenderError::Cancelled`], and
+/// errors of [`crate::thread_pool::with_pool`].
 pub fn visible(
     world: &PreparedWorld,
     pairs: &PointPairs,
@@ -37,7 +37,9 @@ pub fn visible(
 ) -> Result<Vec<bool>, RenderError> {
     let (n, other) = (pairs.from.len(), pairs.to.len());
     if n != other {
-        return Err(RenderError::settings(format!("{n} first and {other} second points; expected one of each")));
+        return Err(RenderError::settings(format!(
+            "{n} first points and {other} second points given; expected as many of each"
+        )));
     }
     // False for a margin that is NaN.
     let is_valid = pairs.margin >= 0.0;

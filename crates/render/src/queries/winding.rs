@@ -1,8 +1,9 @@
 //! Generalised winding numbers (A. Jacobson, L. Kavan and O. Sorkine-Hornung 2013).
 //!
-//! Closed oriented meshes have an integer, the signed crossings of any ray. Others are closed by a cone from their boundary
-//! towards a direction s: the crossings of the ray against s count the windings of the closed surface, and the solid angle
-//! of the cone is taken off edge by edge (A. Van Oosterom and J. Strackee 1983; after C. Martens and M. Bessmeltsev 2025).
+//! Closed oriented meshes have an integer, the signed crossings of any ray. Others are closed by a cone from their
+//! boundary towards a direction s: the crossings of the ray against s count the windings of the closed surface, and the
+//! solid angle of the cone is taken off edge by edge (A. Van Oosterom and J. Strackee 1983; after C. Martens and M.
+//! Bessmeltsev 2025).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -146,7 +147,8 @@ pub fn winding_number(
 pub(super) fn chosen_objects(geometry: &Geometry, objects: Option<&[bool]>) -> Result<Vec<usize>, RenderError> {
     let count = geometry.instances.len();
     if let Some(mask) = objects.filter(|mask| mask.len() != count) {
-        let message = format!("a choice among {} objects of a world with {count}", mask.len());
+        let message =
+            format!("the object mask has {} entries; expected one for each of the {count} objects", mask.len());
         return Err(RenderError::settings(message));
     }
     let counts = |&i: &usize| geometry.instances[i].is_visible && objects.is_none_or(|mask| mask[i]);

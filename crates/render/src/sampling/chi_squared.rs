@@ -42,7 +42,7 @@ pub(crate) fn limit(freedom: f64, tests: usize) -> f64 {
 }
 
 #[test]
-fn the_limit_is_that_of_tables() {
+fn chi_squared_limits_match_published_tables() {
     // 99 % of chi-squared with 100 degrees of freedom.
     assert!((limit(100.0, 1) - 135.807).abs() < 0.1);
 }

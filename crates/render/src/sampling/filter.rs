@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_spread_as_the_filter_weighs() {
+    fn filter_samples_follow_the_filter() {
         let (mean, variance) = moments(Filter::Box);
         assert!(mean.abs() < 1e-6 && (variance - 1.0 / 12.0).abs() < 1e-6);
         // Variance of the window by quadrature of its definition.

@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_is_found_in_the_last_cell_that_begins_before_it() {
+    fn numbers_are_found_in_the_last_cell_starting_before_them() {
         for cells in [1, 2, 7, 8, 9, 300] {
             // Most cells are black, a few bright, and whole stretches are 0.
             let bright = |i: usize| match ((i * 2_654_435_761) >> 3) & 15 {

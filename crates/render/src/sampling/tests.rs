@@ -79,7 +79,7 @@ fn two_pairs_of_a_group_fill_four_dimensions() {
 }
 
 #[test]
-fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
+fn pairs_of_a_group_are_combined_without_repetition() {
     for pairs in [
         [Dimension::PixelFilter, Dimension::Bsdf(0), Dimension::Bsdf(1)],
         [Dimension::LobeAndLight(0), Dimension::LobeAndLight(1), Dimension::LobeAndLight(2)],

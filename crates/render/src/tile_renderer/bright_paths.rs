@@ -31,10 +31,10 @@ impl TileRenderer<'_> {
             scratch.lists.batch.clear();
             scratch.lists.batch.extend((first..until).map(|sample| (0, sample)));
             self.trace_batch(self.world, scratch);
-            let gaps = self.gaps_of(self.world, &scratch.lists.batch);
+            let is_late = self.prepare_guiding(self.world, &scratch.lists.batch);
             let RayBatchBuffers { hits, origins, directions, samplers, paths, .. } = &mut scratch.rays;
             let (scene, ray_cone) = (self.scene, self.cone);
-            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, gaps };
+            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, is_late };
             for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
                 sum += f64::from(found.radiance);
                 if found.radiance > brightest.radiance {

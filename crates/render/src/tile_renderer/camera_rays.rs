@@ -9,8 +9,7 @@ use raycam_scene::camera::Pinhole;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::estimator::REPLICATIONS;
-use crate::guiding::caustic_casters::CausticCaster;
-use crate::integrator;
+use crate::guiding_switch::install_guiding;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
@@ -60,16 +59,20 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// End of the next batch of these samples, of which all or none are guided to gaps.
+    /// End of the next batch of these samples; all or none of its samples are late samples of path guiding.
     pub(crate) fn end_of_batch(&self, samples: Range<u32>, most: u32) -> u32 {
         let until = samples.end.min(samples.start + most);
-        if samples.start < self.first_gap_sample { until.min(self.first_gap_sample) } else { until }
+        if samples.start < self.first_late_sample { until.min(self.first_late_sample) } else { until }
     }
 
-    /// Gaps that the samples of a batch are guided to.
-    pub(crate) fn gaps_of<'w>(&self, world: &'w PreparedWorld, batch: &[(usize, u32)]) -> &'w [CausticCaster] {
-        let is_guided = batch.first().is_some_and(|&(_, sample)| sample >= self.first_gap_sample);
-        if is_guided { integrator::gap_photons::gaps_of(world, self.settings) } else { &[] }
+    /// Prepares path guiding for a batch; returns true for late samples.
+    pub(crate) fn prepare_guiding(&self, world: &PreparedWorld, batch: &[(usize, u32)]) -> bool {
+        let guiding = install_guiding(world);
+        let is_late = batch.first().is_some_and(|&(_, sample)| sample >= self.first_late_sample);
+        if is_late && let Some(guiding) = guiding {
+            guiding.learn_late(&world.geometry, self.settings.integrator.effective_lights(world));
+        }
+        is_late
     }
 
     /// Generates and traces the rays of the batch, in float32.

@@ -5,9 +5,9 @@
 //! └──> camera rays ──> hits ──> integrator ──> estimators ──> resolve ──> film
 //! ```
 //!
-//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film, [`rolling_shutter`] splits batches by the time
-//! that their rays see, [`screen_mask`] culls empty blocks, and [`needs`] decides which stages run. Uses everything
-//! below; nothing but `render` uses it.
+//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film,
+//! [`rolling_shutter`] splits batches by the time that their rays see, [`screen_mask`] culls empty blocks, and
+//! [`needs`] decides which stages run. Uses everything below; nothing but `render` uses it.
 
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
@@ -32,6 +32,7 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::tile::Tile;
 use crate::ground_truth::center_rays::CenterRays;
 use crate::ground_truth::convert::to_float_hit;
+use crate::guiding_switch::install_guiding;
 use crate::integrator;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::path::PathScratch;
@@ -58,8 +59,8 @@ pub(crate) struct TileRenderer<'a> {
     filter: FilterSampler,
     /// Ray cone of a sample through the image centre.
     cone: RayCone,
-    /// The first sample of a pixel that is guided to gaps.
-    first_gap_sample: u32,
+    /// Index of a pixel's first late sample of path guiding.
+    first_late_sample: u32,
     pub stats: RenderStats,
     /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
@@ -118,7 +119,8 @@ const FIRST_ADAPTIVE_CHECK: u32 = 64;
 /// Segments that a sample counts for in a closed room, at most.
 const MAX_SEGMENTS: u32 = 8;
 
-/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner there.
+/// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner
+/// there.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
     let is_dark = || settings.integrator.effective_lights(world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
@@ -141,10 +143,11 @@ impl<'a> TileRenderer<'a> {
         if needs.center_rays && shutter.is_none() {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
-        if needs.color {
-            integrator::photon_pass::build_caustic_maps(world, settings);
-            integrator::light_visibility::prepare_light_visibility(world, settings);
+        let guiding = install_guiding(world).filter(|_| needs.color);
+        if let Some(guiding) = guiding {
+            guiding.learn(geometry, settings.integrator.effective_lights(world), settings);
         }
+        let first_late_sample = guiding.and_then(|guiding| guiding.first_late_sample(settings, camera.size()));
         let mut renderer = Self {
             world,
             scene: match many {
@@ -157,7 +160,7 @@ impl<'a> TileRenderer<'a> {
             needs,
             filter: FilterSampler::new(settings.filter),
             cone: RayCone::for_pixel(camera, settings.samples),
-            first_gap_sample: integrator::gap_photons::first_guided_sample(settings, camera.size()).unwrap_or(u32::MAX),
+            first_late_sample: first_late_sample.unwrap_or(u32::MAX),
             stats: RenderStats::default(),
             screen_mask: None,
         };
@@ -348,9 +351,9 @@ impl<'a> TileRenderer<'a> {
         radiance.resize(hits.len(), Vec3::ZERO);
         misses.clear();
         misses.resize(hits.len(), false);
-        let gaps = self.gaps_of(world, &scratch.lists.batch);
+        let is_late = self.prepare_guiding(world, &scratch.lists.batch);
         let (scene, ray_cone) = (self.scene_of(world), self.cone);
-        let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, gaps };
+        let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, is_late };
         integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())

@@ -13,7 +13,7 @@ pub(crate) struct RenderNeeds {
     pub center_rays: bool,
     /// The same, for more than the coverage.
     pub truth: bool,
-    /// Filtered samples beside the centre rays.
+    /// True if filtered samples are traced in addition to the centre rays.
     pub samples: bool,
     /// Hits of camera rays, for more than the ground truth.
     pub shading: bool,
@@ -21,7 +21,7 @@ pub(crate) struct RenderNeeds {
     pub coverage: bool,
     /// Radiance.
     pub color: bool,
-    /// Ground truth behind surfaces that can be seen through.
+    /// True if ground truth is behind transparent surfaces.
     pub skip_transparent: bool,
     /// Sample positions on the lens and in the exposure.
     pub lens_or_time: bool,

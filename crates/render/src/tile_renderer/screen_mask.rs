@@ -15,7 +15,8 @@ use crate::film::tile::{RAY_BLOCK, Tile};
 const PIXEL_MARGIN: f64 = 2.0;
 /// Relative error of a few float64 operations.
 const EPS64: f64 = 1e-12;
-/// Pixels for each box from which the mask is worth its projections: a box takes eight, and a pixel saves one ray at most.
+/// Pixels for each box from which the mask is worth its projections: a box takes eight, and a pixel saves one ray at
+/// most.
 const PIXELS_PER_BOX: u64 = 8;
 /// Depth over distance below which a box may project anywhere.
 const MIN_DEPTH_RATIO: f64 = 1e-6;

@@ -37,27 +37,25 @@ impl RenderStats {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let Some(noise) = settings.noise {
             let mean = of(&self.samples) / pixels;
-            let message = format!("{mean} samples per pixel on average for noise_threshold = {noise}");
+            let message = format!("noise_threshold = {noise} took {mean} samples per pixel on average");
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));
             let noisy = of(&self.noisy_pixels);
             if noisy > 0 {
                 let limit = settings.samples;
                 let message =
-                    format!("{noisy} pixels have not reached noise_threshold = {noise} with samples = {limit}");
+                    format!("{noisy} pixels are still noisier than noise_threshold = {noise} after samples = {limit}");
                 notices.push(Notice::new(NoticeCode::NoiseLeft, message));
             }
         }
         if of(&self.rejected) > 0 {
-            notices.push(Notice::new(
-                NoticeCode::TooBrightSamples,
-                format!("{} samples were too bright for float32 and count as black", of(&self.rejected)),
-            ));
+            let message = format!("{} samples exceed float32 and are replaced by black", of(&self.rejected));
+            notices.push(Notice::new(NoticeCode::TooBrightSamples, message));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0
         {
             notices.push(Notice::new(NoticeCode::ClampedSamples, format!(
-                "{} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world",
+                "{} samples brighter than clamp = {limit} were reduced to it; the image is darker than without clamp",
                 of(&self.clamped)
             )));
         }

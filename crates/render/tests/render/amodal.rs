@@ -1,4 +1,4 @@
-//! Silhouettes against pictures of a world with one object.
+//! Silhouettes against images of a world with one object.
 
 use crate::common::*;
 use glam::{DAffine3, DQuat, DVec3};
@@ -11,7 +11,7 @@ fn settings() -> Settings {
     Settings { channels: vec![Channel::Instance], ..Settings::default() }
 }
 
-/// A world that stands.
+/// A static world.
 fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
     Viewpoint { world, animated_world: None, camera }
 }
@@ -59,7 +59,7 @@ fn check_alone(world: &World, camera: &Camera) {
 }
 
 #[test]
-fn threads_and_tiles_do_not_matter() {
+fn masks_do_not_depend_on_threads_or_tiles() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [33, 65]);
     let of = |margin, threads| {

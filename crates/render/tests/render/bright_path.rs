@@ -1,4 +1,4 @@
-//! The brightest sample of a pixel, where mirrors and suns tell its path.
+//! The path of a pixel's brightest sample, in scenes with mirrors and suns.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
@@ -37,7 +37,7 @@ fn a_sunlit_plane_is_lit_along_the_shadow_ray() {
 }
 
 #[test]
-fn a_mirror_and_the_plane_that_it_shows_are_met_in_turn() {
+fn bright_paths_list_the_mirror_before_the_reflected_plane() {
     let mut world = plane(40.0, 0.5);
     world.add_light(sun([1.0, 0.0, -1.0])).unwrap();
     let mirror = Material { model: MaterialModel::Metal(Metal::named("silver").unwrap()), ..Material::default() };
@@ -53,7 +53,7 @@ fn a_mirror_and_the_plane_that_it_shows_are_met_in_turn() {
 }
 
 #[test]
-fn a_lamp_that_a_ray_meets_is_at_its_distance() {
+fn bright_paths_end_at_the_distance_of_the_lamp() {
     let mut world = World::default();
     let radiance = [3.0; 3];
     let area = Light::Rectangle {
@@ -72,7 +72,7 @@ fn a_lamp_that_a_ray_meets_is_at_its_distance() {
 }
 
 #[test]
-fn pixels_outside_are_refused_and_flat_pictures_have_none() {
+fn bright_paths_outside_the_image_are_refused() {
     let mut world = plane(4.0, 0.5);
     world.add_light(sun([0.0, 0.0, -1.0])).unwrap();
     let camera = look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 10.0, [9, 9]);

@@ -1,4 +1,4 @@
-//! The channels that say what a surface is: colours, normals, coordinates, materials and categories.
+//! Channels of surface properties: colours, normals, coordinates, materials and categories.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ fn vector(frame: &Frame, channel: Channel, pixel: usize) -> DVec3 {
 }
 
 #[test]
-fn names_are_unique_and_lead_back() {
+fn channel_names_are_unique_and_parse_back() {
     for channel in Channel::all() {
         assert_eq!(Channel::from_name(channel.name()), Some(channel));
     }

@@ -10,7 +10,7 @@ fn settings(samples: u32) -> Settings {
     Settings { integrator: Integrator::Direct, samples, ..Settings::default() }
 }
 
-/// The red radiance of a one-pixel picture.
+/// The red radiance of a one-pixel image.
 fn radiance(world: &World, eye: DVec3, target: DVec3, settings: &Settings) -> f64 {
     let frame = render(world, &look_at(eye, target, 0.01, [1, 1]), settings);
     f64::from(f32s(&frame, Channel::Color)[0])
@@ -54,7 +54,7 @@ fn a_lambertian_plane_under_a_bulb() {
         let mut world = plane(4.0, 0.6);
         let radius = 0.4 * position.z;
         world.add_light(bulb(position, 5.0, radius)).unwrap();
-        // From where the bulb itself does not stand in the way.
+        // From a position where the bulb itself does not occlude.
         let eye = DVec3::new(-1.5, 1.5, 0.2);
         let frame = render(&world, &look_at(eye, DVec3::ZERO, 0.01, [32, 32]), &settings(32));
         let color = f32s(&frame, Channel::Color);
@@ -178,7 +178,7 @@ fn albedo(shininess: f32, eye: DVec3) -> f64 {
 }
 
 #[test]
-fn the_phong_lobe_gives_no_energy() {
+fn phong_lobe_creates_no_energy() {
     for shininess in [0.0, 1.0, 5.0, 20.0] {
         close(albedo(shininess, DVec3::new(0.0, 0.0, 2.0)), 1.0, 0.01);
         let mut last = 1.01;
@@ -224,7 +224,7 @@ fn disc(radius: f64, height: f64) -> Mesh {
 }
 
 #[test]
-fn the_sky_is_ambient_and_hidden_when_asked() {
+fn sky_is_ambient_light_and_can_be_hidden() {
     let mut world = plane(4.0, 0.6);
     add(&mut world, disc(1.0, 0.7), material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
     for radiance in [[1.5; 3], [0.5; 3]] {
@@ -236,7 +236,7 @@ fn the_sky_is_ambient_and_hidden_when_asked() {
     let occluded = |distance| Settings { ambient_occlusion: Some(distance), ..settings(4096) };
     let open = 1.0 - 1.0 / (1.0 + 0.7 * 0.7);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(f64::INFINITY)), 1.2 * open, 0.01);
-    // Nothing is nearer than 0.7; at most 1 away lies what is within 1.0 of the point.
+    // Nothing is closer than 0.7 m; occluders within 1.0 m of the point count.
     close(radiance(&world, eye, DVec3::ZERO, &occluded(0.69)), 1.2, 1e-6);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(1.0)), 1.2 * 0.7 * 0.7, 0.01);
     let background = radiance(&world, eye, DVec3::new(5.0, 0.0, 1.0), &settings(1));
@@ -257,7 +257,7 @@ fn unlit_surfaces_emit_their_base_colour() {
 }
 
 #[test]
-fn a_world_without_lights_gets_some_and_says_so() {
+fn worlds_without_lights_get_default_lights_with_a_notice() {
     let world = plane(4.0, 0.6);
     let camera = look_at(EYE, DVec3::ZERO, 10.0, [4, 4]);
     let frame = render(&world, &camera, &settings(4));
@@ -274,7 +274,7 @@ fn a_world_without_lights_gets_some_and_says_so() {
 }
 
 #[test]
-fn samples_beyond_float32_are_left_out_and_counted() {
+fn samples_beyond_float32_are_dropped_and_counted() {
     let mut world = plane(4.0, 0.6);
     world.add_light(bulb(DVec3::new(0.0, 0.0, 1e-3), 3e38, 0.0)).unwrap();
     let camera = look_at(EYE, DVec3::ZERO, 10.0, [4, 4]);

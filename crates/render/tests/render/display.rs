@@ -1,4 +1,4 @@
-//! Pictures for displays: every pixel by itself, whatever its neighbours and the threads.
+//! Images for displays: every pixel by itself, whatever its neighbours and the threads.
 
 use raycam_render::film::display::{srgb8, srgb16};
 use raycam_scene::ViewTransform;
@@ -10,7 +10,7 @@ fn steps(v: f32, top: f32) -> u32 {
 }
 
 #[test]
-fn many_pixels_are_as_one_by_one() {
+fn display_of_many_pixels_equals_one_by_one() {
     for count in [0, 1, 5, 16_384, 16_385, 100_003] {
         let value = |i: usize| match i % 1000 {
             0 => f32::NAN,

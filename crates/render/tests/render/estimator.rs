@@ -1,4 +1,4 @@
-//! The estimated error, and pictures that end by it or by the clock.
+//! The reported error, and images that stop by error or by time.
 
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ fn luminance(frame: &Frame) -> Vec<f64> {
     f32s(frame, Channel::Color).chunks(3).map(weigh).collect()
 }
 
-/// The estimated error over the actual one of four pictures, in the root mean square.
+/// The ratio of the reported error to the true error of four images, both as root mean square.
 fn estimated_over_actual_error(world: &World, camera: &Camera, exact: &Settings, of: &Settings) -> f64 {
     let exact = luminance(&render(world, camera, exact));
     let (mut actual, mut estimated) = (0.0, 0.0);
@@ -59,14 +59,14 @@ fn estimated_over_actual_error(world: &World, camera: &Camera, exact: &Settings,
 }
 
 #[test]
-fn the_error_is_as_large_as_the_picture_is_off() {
+fn reported_error_equals_the_true_error() {
     let (world, camera) = scene();
     let ratio = estimated_over_actual_error(&world, &camera, &settings(4096), &settings(64));
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
 }
 
 #[test]
-fn the_error_is_that_of_the_mean() {
+fn reported_error_is_the_standard_error_of_the_mean() {
     // The edge of an unlit plane: of each pixel a part is white, and nothing else is random.
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 70.0, [48, 32]);
     let flat = |samples| Settings { integrator: Integrator::Flat, ..settings(samples) };
@@ -77,7 +77,7 @@ fn the_error_is_that_of_the_mean() {
 }
 
 #[test]
-fn pixels_end_when_they_are_good_enough() {
+fn adaptive_pixels_stop_below_the_threshold() {
     let (world, camera) = scene();
     let noisy = Settings { noise: Some(0.01), ..settings(2048) };
     let whole = render(&world, &camera, &noisy);
@@ -100,7 +100,7 @@ fn pixels_end_when_they_are_good_enough() {
 }
 
 #[test]
-fn a_picture_that_ends_by_the_clock_can_be_made_again() {
+fn timed_images_can_be_reproduced() {
     // Texture filter (below 16 samples), scene (flattened from some number of samples on) and the single ray through
     // the centre depend on the number of samples.
     let (still, camera) = scene();
@@ -122,14 +122,14 @@ fn a_picture_that_ends_by_the_clock_can_be_made_again() {
 }
 
 #[test]
-fn one_sample_says_nothing_of_its_error() {
+fn error_of_one_sample_is_unknown() {
     let (world, camera) = scene();
     let frame = render(&world, &camera, &settings(1));
     assert!(f32s(&frame, Channel::Error).iter().all(|error| *error == f32::INFINITY));
 }
 
 #[test]
-fn slices_take_no_sample_twice_where_nothing_has_a_texture() {
+fn slices_of_untextured_worlds_repeat_no_sample() {
     // Units of work are samples of tiles. Textures are filtered otherwise below 16 samples, which are thrown away.
     let (mut textured, (_, camera)) = (World::default(), scene());
     add_squares(&mut textured);

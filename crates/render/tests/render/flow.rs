@@ -44,7 +44,7 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
 }
 
 #[test]
-fn other_triangles_and_a_stop_are_errors() {
+fn flow_with_other_triangles_or_cancellation_is_an_error() {
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [8, 8]);
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
     let view = |world| Viewpoint { world, animated_world: None, camera: &camera };

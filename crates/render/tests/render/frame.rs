@@ -55,7 +55,7 @@ fn regions_merge_to_the_whole() {
 }
 
 #[test]
-fn parts_that_do_not_fit_are_refused() {
+fn parts_of_the_wrong_size_are_refused() {
     let (world, camera, _) = scene();
     let part = |region, channel| {
         let settings = Settings { channels: vec![channel], region: Some(region), ..Settings::default() };
@@ -99,7 +99,7 @@ fn seeds_and_frames_change_the_noise_and_nothing_else() {
 }
 
 #[test]
-fn settings_without_a_picture_are_refused() {
+fn settings_without_an_image_are_refused() {
     let (world, camera, settings) = scene();
     let refused =
         |settings: Settings, word: &str| match raycam_render::render(&world, &camera, &settings, &Control::new()) {
@@ -123,7 +123,7 @@ fn settings_without_a_picture_are_refused() {
 }
 
 #[test]
-fn frames_beyond_memory_are_refused() {
+fn images_beyond_memory_are_refused() {
     let (world, _, _) = scene();
     let camera = look_at(DVec3::new(0.0, -5.0, 1.0), DVec3::ZERO, 40.0, [16384, 16384]);
     let settings = Settings { channels: all_channels(), ..Settings::default() };
@@ -132,7 +132,7 @@ fn frames_beyond_memory_are_refused() {
 }
 
 #[test]
-fn work_can_be_watched_and_stopped() {
+fn rendering_reports_progress_and_can_be_cancelled() {
     let (world, camera, settings) = scene();
     let control = Control::new();
     raycam_render::render(&world, &camera, &settings, &control).unwrap();

@@ -1,4 +1,4 @@
-//! Pictures whose later samples are guided through gaps.
+//! Images whose later samples are guided through gaps.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use raycam_scene::camera::intrinsics_from_fov;
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Light, Material, PixelCenter, World};
 
-/// Pictures of so many pixels a side have four samples of a pixel that are not guided, and smaller ones thousands.
+/// Images of so many pixels a side have four samples of a pixel that are not guided, and smaller ones thousands.
 const SIDE: u32 = 1024;
 const REGION: [u32; 4] = [0, 0, 24, 16];
 
@@ -39,7 +39,7 @@ fn rooms(slot: f64) -> World {
     world
 }
 
-/// The camera that sees the room in the region, of a large picture or of the region alone: its pixels have the same rays.
+/// The camera that sees the room in the region, of a large image or of the region alone: its pixels have the same rays.
 fn camera(is_large: bool) -> Camera {
     let [_, _, width, height] = REGION;
     let k = intrinsics_from_fov(62.0, [width, height], PixelCenter::Integer).unwrap();
@@ -85,7 +85,7 @@ fn gaps_keep_the_light_and_reduce_noise() {
 }
 
 #[test]
-fn samples_are_guided_from_the_fifth_on_and_only_by_a_gap() {
+fn samples_are_guided_after_the_first_four_and_only_with_gaps() {
     for (slot, samples, is_guided) in [(0.1, 4, false), (0.1, 5, true), (1.2, 64, false)] {
         let world = prepare(&rooms(slot));
         let [large, small] = [true, false].map(|is_large| picture(&world, is_large, &settings(samples)));
@@ -94,7 +94,7 @@ fn samples_are_guided_from_the_fifth_on_and_only_by_a_gap() {
 }
 
 #[test]
-fn a_slot_is_found_whatever_the_threads_slices_and_regions() {
+fn gaps_do_not_depend_on_threads_slices_or_regions() {
     let world = Arc::new(rooms(0.1));
     let ten = Settings { threads: Some(1), ..settings(10) };
     let prepared = Arc::new(prepare(&world));
@@ -113,7 +113,7 @@ fn a_slot_is_found_whatever_the_threads_slices_and_regions() {
     let plane = |channel, data| OutputPlane { channel, values: PlaneData::F32(data), zero: true };
     slices.develop(vec![plane(Channel::Color, &mut color), plane(Channel::Error, &mut error)]).unwrap();
     assert_eq!([&*color, &*error], channels.map(|channel| f32s(&whole, channel)));
-    // Pixels that stop by their noise have the samples of a shorter picture.
+    // Pixels that stop by their noise have the samples of a shorter image.
     let stopped = picture(&prepared, true, &Settings { noise: Some(1e9), samples: 256, ..ten.clone() });
     let short = picture(&prepared, true, &Settings { samples: 64, ..ten });
     assert_eq!(f32s(&stopped, Channel::Color), f32s(&short, Channel::Color));

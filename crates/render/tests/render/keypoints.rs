@@ -1,4 +1,4 @@
-//! Keypoints of a world that stands; those of worlds that move are in `tests/annotations/test_keypoints.py`, beside SciPy.
+//! Keypoints of a static world. `tests/annotations/test_keypoints.py` compares keypoints of moving worlds with SciPy.
 
 use crate::common::*;
 use glam::{DVec2, DVec3};
@@ -40,7 +40,7 @@ fn keypoints_have_images_and_occluders() {
 }
 
 #[test]
-fn points_of_triangles_are_between_their_corners() {
+fn barycentric_keypoints_are_inside_their_triangle() {
     let world = still_life();
     let mesh = &world.meshes[world.objects[2].mesh];
     let (triangle, weights) = (17, DVec3::new(0.5, 0.2, 0.3));

@@ -1,4 +1,4 @@
-//! Lights in pictures: what a texture makes a mesh shine, and the half-shadow of a sun with a size.
+//! Lights in images: emission of textured meshes, and the penumbra of a sun with a size.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ fn a_textured_mesh_emits_as_its_texels_do() {
 }
 
 #[test]
-fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
+fn sun_penumbra_equals_the_visible_part_of_its_disk() {
     const DIAMETER: f64 = 20.0;
     const HEIGHT: f64 = 1.0;
     let mut world = plane(20.0, 1.0);
@@ -89,8 +89,8 @@ fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
     add(&mut world, screen, material([0.0; 3], 0.0, 0.0, 1.0), place);
     let radius = (DIAMETER / 2.0).to_radians().sin();
     for x in [-0.3, -0.12, -0.05, 0.02, 0.1, 0.15, 0.3] {
-        // Seen from the floor the edge is a great circle; projected along z the disk is a circle of this radius, in which
-        // it is a part of an ellipse: the light is the area beyond it (Nusselt's analogue).
+        // Seen from the floor the edge is a great circle; projected along z the disk is a circle of this radius, in
+        // which it is a part of an ellipse: the light is the area beyond it (Nusselt's analogue).
         let sine = -x / (x * x + HEIGHT * HEIGHT).sqrt();
         const STEPS: usize = 20_000;
         let visible: f64 = (0..STEPS)
@@ -108,7 +108,7 @@ fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
 }
 
 #[test]
-fn daylight_comes_from_where_it_is_said_to() {
+fn daylight_comes_from_the_given_direction() {
     let mut world = plane(4.0, 1.0);
     world.add_light(Light::Preetham { direction: [-1.0, 0.0, -1.0], turbidity: 3.0, scale: 1.0 }).unwrap();
     // A wall towards the sun leaves the floor behind it in its shadow, not that before it.

@@ -68,7 +68,7 @@ fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
 #[test]
 fn layers_transmit_by_fresnel() {
     let stack = [1.0, GLASS, WATER, GLASS, 1.0];
-    // Water that reaches into the glass that holds it; water in a hole that the glass knows nothing of; the same, where
+    // Water that overlaps its glass; water in a cavity that the glass mesh lacks; the same, where
     // the glass is the one that counts, and is all that is there.
     let held = |world: &mut World| {
         slab(world, clear(GLASS, 1), 0.0, 1.0);
@@ -128,7 +128,7 @@ fn interiors_absorb() {
 }
 
 #[test]
-fn nested_matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
+fn nested_clear_objects_are_invisible_under_a_white_sky() {
     let mut world = World::default();
     let ball = |world: &mut World, radius, x, material| {
         let place = DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
@@ -148,7 +148,7 @@ fn nested_matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
 }
 
 #[test]
-fn lights_within_clear_matter_lose_on_their_way() {
+fn lights_inside_clear_objects_are_attenuated() {
     // A bulb above a matte floor, both within absorbing matter of the index of air.
     let seen = |color: [f32; 3]| {
         let mut world = plane(2.0, 0.5);
@@ -189,14 +189,14 @@ fn frosted(mesh: Mesh, open: bool) -> World {
     world
 }
 
-/// Sees what [`frosted`] stands there.
+/// A camera that shows the object of [`frosted`].
 fn in_front(fov: f64, size: [u32; 2]) -> Camera {
     let target = DVec3::new(0.0, 0.0, 1.2);
     look_at(DVec3::new(0.0, -5.0, 2.0), target, fov, size)
 }
 
 #[test]
-fn light_that_bodies_shut_out_is_rarely_asked_for() {
+fn light_blocked_by_objects_is_rarely_sampled() {
     let camera = in_front(30.0, [16; 2]);
     let ball = || primitive::sphere(1.0, 4).unwrap();
     let picture = |open| {
@@ -208,7 +208,7 @@ fn light_that_bodies_shut_out_is_rarely_asked_for() {
 }
 
 #[test]
-fn parts_that_are_turned_inside_out_are_lit_all_the_same() {
+fn inverted_parts_are_lit_equally() {
     // A ball that is inside out, and a larger one that is not, out of sight: together they have a volume.
     let mesh = || {
         let mut mesh = primitive::sphere(1.0, 3).unwrap();

@@ -35,9 +35,9 @@ fn glowing_sphere(albedo: [f32; 3]) -> World {
 }
 
 #[test]
-fn a_closed_sphere_gathers_all_its_bounces() {
-    // L = E + albedo L, everywhere. Roulette goes by the brightest channel: while red goes on, next to none of what green
-    // and blue still have to gather is left to chance. Alone, green would have nine times the variance.
+fn closed_sphere_radiance_sums_all_bounces() {
+    // L = E + albedo L, everywhere. Roulette goes by the brightest channel: while red goes on, next to none of what
+    // green and blue still have to gather is left to chance. Alone, green would have nine times the variance.
     let camera = look_at(DVec3::ZERO, DVec3::X, 90.0, [8, 8]);
     let world = glowing_sphere([0.97, 0.9, 0.5]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 2048));
@@ -63,7 +63,7 @@ fn max_depth_counts_segments() {
 fn direct_is_path_of_one_bounce() {
     let mut world = still_life();
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [32, 24]);
-    // Bulbs outside of the picture: their edges would need more samples.
+    // Bulbs outside of the image: their edges would need more samples.
     let bulb = |position| Light::Point { position, power: Some([400.0; 3]), intensity: None, radius: 0.5 };
     world.lights[1] = bulb([2.0, -9.0, 6.0]);
     world.lights.push(bulb([-6.0, -2.0, 3.0]));
@@ -79,7 +79,7 @@ fn direct_is_path_of_one_bounce() {
 }
 
 #[test]
-fn last_segments_find_the_same_light_as_shadow_rays_and_as_paths() {
+fn last_segments_find_the_same_light_as_shadow_rays() {
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [48, 32]);
     let whole = still_life();
     // A transparent material, which no object has, makes the tracer keep the hits of last segments.
@@ -138,7 +138,7 @@ fn screened(alpha: Alpha, opacity: f32) -> World {
 }
 
 #[test]
-fn opacity_hides_its_share() {
+fn opacity_blends_with_the_background() {
     // Light and sight both pass the black screen.
     for (alpha, opacity, expected) in [
         (Alpha::Opaque, 0.3, 0.0),
@@ -174,7 +174,7 @@ fn the_camera_looks_through_the_back_of_one_sided_surfaces() {
 }
 
 #[test]
-fn unlit_surfaces_are_seen_and_light_nothing() {
+fn unlit_surfaces_are_visible_and_emit_no_light() {
     let mut world = plane(4.0, 0.5);
     let shade = Material { color: [0.25, 0.5, 0.75], model: MaterialModel::Unlit, ..Material::default() };
     let wall = Mesh {

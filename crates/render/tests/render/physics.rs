@@ -8,13 +8,13 @@
 //! | bulb: intensity; radiance of its sphere | `direct::a_lambertian_plane_under_a_bulb`, `closed_form::a_bulb_of_any_size_...` |
 //! | rectangle: solid angle, density by area, place of samples | `closed_form::area_lights_follow_lamberts_formula`, `form_factors_of_squares` |
 //! | disk: density; spot: power, falloff; IES: scale | `closed_form`, the test of each |
-//! | sky, gradient, daylight, environment: radiance | `closed_form::skies_give_their_integral`, `daylight_...`, `environments_...` |
+//! | sky, gradient, daylight, environment: radiance | `closed_form::sky_irradiance_equals_its_integral`, `daylight_...`, `environments_...` |
 //! | sky, panorama, cone, disk: density | `light::tests::density`: the integral is 1.01 |
 //! | cone, disk, rectangle: place of samples | `light::tests::density`: chi-squared |
 //! | light tree: probability of the draw; of a light | `tree::probabilities_add_up_...` |
 //! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
 //! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
-//! | opacity; survival in roulette | `path::opacity_hides_its_share`; `path::a_closed_sphere_...` |
+//! | opacity; survival in roulette | `path::opacity_blends_with_the_background`; `path::a_closed_sphere_...` |
 //! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
 //! | GGX: lambda, masking, its density, height and turn of its samples | `scatter::tests::density` |
 //! | GGX: masking of both directions; stretch of its samples | `furnace::a_white_furnace_...`; `the_page_says_...` |
@@ -23,9 +23,9 @@
 //! | sheen: value; its lobe, table and all | `scatter::sheen::fibres_are_as_dense_as_the_paper_has_them` |
 //! | sheen: value; what it leaves for below | `scatter::sheen::what_it_sends_back_...` |
 //! | film: value; the reflection below it | `scatter::film::a_thick_film_...` |
-//! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
-//! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
-//! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |
+//! | layers: value times 1 + 0.01 cos(light) | `reciprocity::bsdf_values_are_reciprocal` |
+//! | mirror and refraction of smooth glass | `clear_objects_are_invisible_under_a_white_sky` |
+//! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorption_follows_beers_law` |
 //! | lights in `direct` alone; in `path` alone | `path::direct_is_path_of_one_bounce` |
 //! | radiance by the number of the thread | `path::the_same_bytes_on_any_number_of_threads` |
 //! | samples rejected but not counted | `direct::samples_beyond_float32_...` |
@@ -71,7 +71,7 @@ fn form_factors_of_squares() {
 }
 
 #[test]
-fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
+fn clear_objects_are_invisible_under_a_white_sky() {
     let glass = |roughness, thin| MaterialModel::Glass(Glass { roughness, thin, ..Glass::default() });
     let dispersive = MaterialModel::Glass(Glass { dispersion: 0.5, ..Glass::default() });
     for reflectance in [
@@ -98,7 +98,7 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
 }
 
 #[test]
-fn glass_absorbs_as_beer_says() {
+fn glass_absorption_follows_beers_law() {
     let color = [0.9, 0.5, 0.1];
     // The index of air, so that nothing is reflected: two metres transmit the square of `color` at one metre.
     let mut world = World::default();
@@ -123,7 +123,7 @@ fn glass_absorbs_as_beer_says() {
 }
 
 #[test]
-fn a_smooth_metal_reflects_by_fresnel() {
+fn smooth_metal_reflectance_follows_fresnel() {
     let metal = Metal::named("copper").unwrap();
     let mut world = plane(4.0, 1.0);
     world.materials[0].model = MaterialModel::Metal(metal);

@@ -1,4 +1,4 @@
-//! Preparing worlds: what is kept, and what is refused.
+//! Preparing worlds: reuse of prepared parts, and errors.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use raycam_render::{Channel, Control, Integrator, PreparedWorld, RenderError, Se
 use raycam_scene::{Light, TextureSlot, World};
 
 #[test]
-fn meshes_that_stay_are_not_built_again() {
+fn unchanged_meshes_are_not_rebuilt() {
     let world = still_life();
     let first = prepare(&world);
     let mut moved = world.clone();
@@ -36,7 +36,7 @@ fn meshes_that_stay_are_not_built_again() {
 }
 
 #[test]
-fn worlds_that_do_not_fit_together_are_refused() {
+fn inconsistent_worlds_are_refused() {
     let refused = |change: &dyn Fn(&mut World), word: &str| {
         let mut world = still_life();
         change(&mut world);
@@ -65,7 +65,7 @@ fn worlds_that_do_not_fit_together_are_refused() {
 }
 
 #[test]
-fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
+fn deformed_meshes_are_refitted_until_the_tree_degrades() {
     let world = still_life();
     let first = prepare(&world);
     let bent = |amount: f64| {
@@ -97,7 +97,7 @@ fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
 }
 
 #[test]
-fn light_is_made_by_pictures_of_light_alone_and_shared_by_what_comes_of_a_world() {
+fn lights_are_prepared_on_demand_and_shared_by_derived_worlds() {
     let world = still_life();
     let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [8, 6]);
     let picture = |world: &PreparedWorld, channels: Vec<Channel>| {
@@ -112,7 +112,7 @@ fn light_is_made_by_pictures_of_light_alone_and_shared_by_what_comes_of_a_world(
     let control = Control::new();
     let second = PreparedWorld::new(&moved, Some(&first), None, &control).unwrap();
     picture(&second, vec![Channel::Color]);
-    // Of the same lights and origin: made once.
+    // Same lights and origin: prepared once.
     assert!(second.has_lighting() && first.has_lighting());
     moved.lights.pop();
     let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();
@@ -120,7 +120,7 @@ fn light_is_made_by_pictures_of_light_alone_and_shared_by_what_comes_of_a_world(
 }
 
 #[test]
-fn a_family_builds_a_mesh_once_whoever_is_gone() {
+fn families_build_each_mesh_once_even_after_worlds_are_dropped() {
     let world = still_life();
     let family = Arc::default();
     let control = Control::new();
@@ -129,7 +129,7 @@ fn a_family_builds_a_mesh_once_whoever_is_gone() {
     assert_eq!(control.total(), 3);
     PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
     assert_eq!(control.total(), 0, "nothing was built again");
-    // A mesh that nobody has any more is built again.
+    // A mesh that was dropped is built again.
     drop((moment, world));
     let world = still_life();
     PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
@@ -137,7 +137,7 @@ fn a_family_builds_a_mesh_once_whoever_is_gone() {
 }
 
 #[test]
-fn an_object_that_is_not_visible_is_as_one_that_is_not_there() {
+fn invisible_objects_change_nothing() {
     let mut world = still_life();
     let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [24, 18]);
     for samples in [1, 64] {

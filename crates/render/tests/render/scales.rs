@@ -45,7 +45,7 @@ fn camera(size: f64, place: DVec3) -> raycam_scene::Camera {
 
 #[test]
 fn surfaces_do_not_shade_themselves() {
-    // All that is seen and faces a light that nothing hides is lit as the closed form says: the light stands behind
+    // All visible surfaces that face the light are lit as in the closed form: the light is behind
     // the camera, so nothing seen from there is in the shadow of anything but itself.
     for size in [1e-6, 1e-2, 1.0, 1e3, 1e6] {
         for place in PLACES {

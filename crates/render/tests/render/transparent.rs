@@ -49,7 +49,7 @@ fn ground_truth_skips_transparent_surfaces() {
         let pixel = camera.pixel_center_of(i as u32 % 20, i as u32 / 20);
         assert!((camera.project(at).0 - pixel).length() < 1e-9);
     }
-    // The picture is that of the first triangles: what it shows of them is the integrator's to say.
+    // The image shows the first triangles; the integrator decides how.
     assert_eq!(f32s(&first, Channel::Color), f32s(&solid, Channel::Color));
 }
 
@@ -72,7 +72,7 @@ fn backs_of_one_sided_surfaces_are_passed() {
 }
 
 #[test]
-fn behind_the_last_is_the_background() {
+fn background_is_behind_the_last_transparent_surface() {
     let (world, camera) = stack(vec![veil(0.0, Alpha::Blend); 40]);
     let frame = seen(&world, &camera, TruthSurface::Solid);
     assert!(i32s(&frame, Channel::Instance).iter().all(|id| *id == -1));

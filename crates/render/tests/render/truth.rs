@@ -16,7 +16,7 @@ fn settings() -> Settings {
 }
 
 #[test]
-fn a_plane_is_where_it_is() {
+fn plane_depth_matches_the_closed_form() {
     let world = plane(40.0, 1.0);
     for pixel_center in [PixelCenter::Integer, PixelCenter::Half] {
         // Unequal focal lengths, skew, and a principal point off the middle.
@@ -112,8 +112,8 @@ fn a_sphere_has_its_depth_and_normals() {
 }
 
 #[test]
-fn coverage_is_the_share_of_the_object_seen() {
-    // A half plane whose edge runs through the picture at a slant.
+fn coverage_equals_the_visible_fraction_of_the_object() {
+    // A half plane whose edge runs through the image at a slant.
     let edge = |x: f64, y: f64| x + 0.3 * y;
     let world = {
         let mut world = World::default();
@@ -300,7 +300,7 @@ fn all_of<'a>(origins: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> RayArrays<
 }
 
 #[test]
-fn queries_take_any_ray() {
+fn queries_accept_rays_of_any_length_and_position() {
     let prepared = prepare(&plane(2.0, 1.0));
     let nan = f64::NAN;
     let down = [0.0, 0.0, -1.0];

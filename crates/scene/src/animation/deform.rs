@@ -28,7 +28,7 @@ pub type JointSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
 /// A mesh that bends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeformableMesh {
-    /// As it was made.
+    /// The undeformed mesh.
     pub mesh: Arc<Mesh>,
     /// Its morph targets.
     pub targets: Vec<MorphTarget>,
@@ -72,8 +72,8 @@ impl DeformableMesh {
     }
 }
 
-/// The mesh as an affine map places it that makes it flat: such a map has no inverse, so it cannot place an object. `None`
-/// where a line or a point is left.
+/// The mesh as an affine map places it that makes it flat: such a map has no inverse, so it cannot place an object.
+/// `None` where a line or a point is left.
 pub fn flattened(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Mesh> {
     let flat = cofactor_matrix(world_from_mesh.matrix3);
     if !flat.is_finite() || flat == DMat3::ZERO {

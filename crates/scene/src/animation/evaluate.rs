@@ -136,7 +136,7 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
     }
 }
 
-/// The camera with the same picture, on a node; as it is where the node flattens it.
+/// The camera with the same image, on a node; as it is where the node flattens it.
 pub(crate) fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera> {
     let Some(world_from_camera) = camera_axes(world_from_node) else { return Ok(camera.clone()) };
     camera.at_pose(world_from_camera.transpose(), world_from_node.translation)

@@ -38,7 +38,7 @@ pub struct NodeTree {
     pub materials: Vec<AnimatedMaterial>,
     /// Animations of the nodes.
     pub animations: Vec<Animation>,
-    /// The world's mesh that cannot be seen: what hidden objects show.
+    /// The world's empty mesh, used by hidden objects.
     #[serde(rename = "nothing")]
     pub hidden_mesh: usize,
 }
@@ -46,7 +46,7 @@ pub struct NodeTree {
 /// A node of the tree.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Node {
-    /// Index of its parent; a root has none.
+    /// Index of the parent; `None` for a root.
     pub parent: Option<usize>,
     /// parent_from_node.
     pub transform: Transform,
@@ -101,23 +101,23 @@ pub struct NodeObject {
     pub object: usize,
     /// Index into [`NodeTree::nodes`].
     pub node: usize,
-    /// The mesh in the node's coordinates, where it is an instance of several.
+    /// The mesh in the node's coordinates, for one of several instances.
     pub node_from_mesh: DAffine3,
-    /// The world's mesh that the object shows when it is not hidden; its own where it has a shape.
+    /// The world's mesh that the object shows when it is visible.
     pub mesh: usize,
     /// The mesh with its targets and joints, if it is deformable.
     #[serde(rename = "shape")]
     pub deformable: Option<Arc<DeformableMesh>>,
     /// Index into [`NodeTree::skins`].
     pub skin: Option<usize>,
-    /// The mesh as it is when nothing has moved yet.
+    /// The mesh at rest.
     pub rest: Option<Arc<Mesh>>,
 }
 
 /// Channels that run together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Animation {
-    /// Empty where it has none.
+    /// Empty if absent.
     pub name: String,
     /// All of them.
     pub channels: Vec<Channel>,

@@ -28,7 +28,7 @@ pub struct NodeLight {
     pub node: usize,
     /// Which definition of the file it is a copy of: what moves one moves all.
     pub definition: usize,
-    /// As it is when nothing has moved yet.
+    /// The state at rest.
     pub base: Light,
     /// Its colour,
     pub color: [f32; 3],
@@ -56,7 +56,7 @@ impl NodeLight {
         }
     }
 
-    /// The light as it is now, where it was.
+    /// The light at the current time.
     pub(crate) fn light(self) -> Light {
         let rgb = self.color.map(|v| v * self.intensity);
         let mut light = self.base;
@@ -78,12 +78,12 @@ pub struct NodeCamera {
     pub node: usize,
     /// Which definition of the file it is a copy of.
     pub definition: usize,
-    /// As it is when nothing has moved yet.
+    /// The state at rest.
     pub base: Camera,
 }
 
 impl NodeCamera {
-    /// Gives it a vertical field of view in radians; one that is none changes nothing.
+    /// Sets the vertical field of view in radians; invalid values are ignored.
     pub(crate) fn set_fov(&mut self, fov: f64) {
         let base = &self.base;
         if base.center() != Center::Point {
@@ -98,7 +98,7 @@ impl NodeCamera {
         }
     }
 
-    /// Gives an orthographic camera half the width (axis 0) or height (1) that it sees; one that is none changes nothing.
+    /// Sets half the width (axis 0) or height (axis 1) of an orthographic camera's view; invalid values are ignored.
     pub(crate) fn set_magnification(&mut self, axis: usize, half: f64) {
         let base = &self.base;
         let (size, mut k) = (base.size(), base.k());

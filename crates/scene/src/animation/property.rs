@@ -1,5 +1,5 @@
-//! Properties of materials that move (`KHR_animation_pointer`), in the terms in which they are animated: a product whose
-//! factors move on their own keeps them apart.
+//! Properties of materials that move (`KHR_animation_pointer`), in the terms in which they are animated: a product
+//! whose factors move on their own keeps them apart.
 
 use serde::{Deserialize, Serialize};
 
@@ -102,7 +102,7 @@ impl UvTransform {
     }
 }
 
-/// A material that moves, as it is when nothing has moved yet.
+/// An animated material at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AnimatedMaterial {
     /// Index into the world's materials.
@@ -167,7 +167,7 @@ impl AnimatedMaterial {
         }
     }
 
-    /// The material as it is now.
+    /// The material at the current time.
     pub(crate) fn material(self) -> Material {
         let mut material = self.base;
         material.emission.value = self.emission.0.map(|v| v * self.emission.1);

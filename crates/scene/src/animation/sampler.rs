@@ -27,8 +27,8 @@ pub struct AnimationSampler {
 }
 
 impl AnimationSampler {
-    /// Keyframes at `times` in seconds, each of `width` numbers, three times as many with a spline. `rotation` says that
-    /// they are quaternions.
+    /// Keyframes at `times` in seconds, each of `width` numbers, three times as many with a spline. `rotation` says
+    /// that they are quaternions.
     ///
     /// # Errors
     /// [`SceneError::World`] where there are no keyframes, times are not finite, >= 0 and rising, or there is another

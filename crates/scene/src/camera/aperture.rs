@@ -1,4 +1,4 @@
-//! The opening of a thin lens: what is not at the distance of focus is blurred (Kolb, Mitchell and Hanrahan, "A realistic
+//! The aperture of a thin lens: points out of focus are blurred (Kolb, Mitchell and Hanrahan, "A realistic
 //! camera model for computer graphics", SIGGRAPH 1995, section 2).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
@@ -16,8 +16,8 @@ const BLADES: std::ops::RangeInclusive<u32> = 3..=64;
 /// A round or polygonal opening around the camera's centre.
 ///
 /// Through a lens that keeps to a plane (pinhole, `opencv`, `fov`) the opening lies in the plane of the centre at right
-/// angles to the principal axis, and what is at the depth `focus` is sharp. Lenses that see to the sides and behind turn
-/// their opening to where the light comes from, and what is at the distance `focus` is sharp.
+/// angles to the principal axis, and what is at the depth `focus` is sharp. Lenses that see to the sides and behind
+/// turn their opening to where the light comes from, and what is at the distance `focus` is sharp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Aperture {
     radius: f64,
@@ -27,13 +27,13 @@ pub struct Aperture {
 }
 
 impl Aperture {
-    /// An opening of a radius (of a polygon's corners) focused at a distance, both in units of the world. `blades` is the
-    /// number of the polygon's sides, 0 for a round one; `rotation` turns it, in degrees from the camera's x towards its
-    /// y, where a corner lies at 0.
+    /// An opening of a radius (of a polygon's corners) focused at a distance, both in units of the world. `blades` is
+    /// the number of the polygon's sides, 0 for a round one; `rotation` turns it, in degrees from the camera's x
+    /// towards its y, where a corner lies at 0.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2 or
-    /// more than 64 blades.
+    /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2
+    /// or more than 64 blades.
     pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(format!("aperture: {message}")));
         if !(radius >= 0.0 && radius.is_finite()) {
@@ -56,7 +56,7 @@ impl Aperture {
         self.radius
     }
 
-    /// The distance at which the picture is sharp.
+    /// The focus distance.
     pub fn focus(&self) -> f64 {
         self.focus
     }
@@ -71,8 +71,8 @@ impl Aperture {
         self.rotation
     }
 
-    /// The point at which light enters the opening, for a unit direction in camera axes and two numbers in 0..1, and the unit
-    /// direction of the light there.
+    /// The point at which light enters the opening, for a unit direction in camera axes and two numbers in 0..1, and
+    /// the unit direction of the light there.
     pub(super) fn bend_ray(&self, direction: DVec3, lens: &Lens, numbers: [f64; 2]) -> (DVec3, DVec3) {
         let at = self.sample_point(numbers).extend(0.0);
         let (opening, sharp) = if lens.is_planar() {

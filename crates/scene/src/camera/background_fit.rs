@@ -1,9 +1,9 @@
-//! Ways of laying a picture behind what a camera sees.
+//! Fit of a background image to a camera's image.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The way in which a picture is laid behind what a camera sees.
+/// Fit of a background image to a camera's image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BackgroundFit {

@@ -32,11 +32,12 @@ impl Camera {
         Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Point))
     }
 
-    /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
-    /// section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points forward.
+    /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and
+    /// Zisserman, section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points
+    /// forward.
     ///
     /// If that part is singular the camera has its centre at infinity ([`Center::Infinity`], section 6.3): affine if
-    /// the last row is 0 0 0 w. Its parallel rays go the way on which the picture is not mirrored.
+    /// the last row is 0 0 0 w. Its parallel rays go the way on which the image is not mirrored.
     ///
     /// # Errors
     /// [`SceneError::Camera`] where a value is not finite or the rank is below 3.
@@ -51,7 +52,8 @@ impl Camera {
         Ok(Self { matrix: Some(matrix), ..Self::from_parts(k, r, c, p, size, pixel_center, center) })
     }
 
-    /// An orthographic camera: parallel rays along the third row of `r` (camera_from_world), from the plane through `c`.
+    /// An orthographic camera: parallel rays along the third row of `r` (camera_from_world), from the plane through
+    /// `c`.
     /// `k` is upper triangular with focal lengths > 0, in pixels per unit of the world, and its principal point is the
     /// pixel of `c`.
     ///
@@ -118,7 +120,7 @@ impl Camera {
         Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), location, size, pixel_center)
     }
 
-    /// A camera at `eye` that sees `target` at its principal point, with `up_vector` upwards in the picture.
+    /// A camera at `eye` that sees `target` at its principal point, with `up_vector` upwards in the image.
     ///
     /// # Errors
     /// The errors of [`Camera::new`]; `eye` equal to `target`; `up_vector` zero or parallel to the viewing direction.

@@ -34,7 +34,7 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
     k
 }
 
-/// `k / K[2][2]`, or what is wrong with it.
+/// `k / K[2][2]`, or an error message.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     let fail = |message: String| Err(SceneError::camera(format!("K = {}: {message}", format_matrix(k))));
     if !k.is_finite() {

@@ -47,12 +47,13 @@ pub struct Camera {
     k: DMat3,
     r: DMat3,
     c: DVec3,
-    /// `K R [I | -C]`, or what [`Camera::from_matrix`] was given: an ill-conditioned matrix survives to the last digits.
+    /// `K R [I | -C]`, or what [`Camera::from_matrix`] was given: an ill-conditioned matrix survives to the last
+    /// digits.
     p: [[f64; 4]; 3],
     size: [u32; 2],
     pixel_center: PixelCenter,
     center: Center,
-    /// The matrix that it was made of.
+    /// The matrix that the camera was created from.
     matrix: Option<[[f64; 4]; 3]>,
     lens: Lens,
     #[serde(skip)]
@@ -68,25 +69,25 @@ pub struct Camera {
     background: Option<Arc<Background>>,
 }
 
-/// The picture behind what a camera sees: a photograph that it took, or any other.
+/// Background image of a camera: a photo taken by the real camera, or any other image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Background {
     /// The image file.
     pub image: String,
-    /// How the picture is laid behind.
+    /// Fit of the background image.
     pub fit: BackgroundFit,
     /// The camera that took it, by its intrinsics and lens; `None` for the camera that has it.
     pub camera: Option<Arc<Camera>>,
 }
 
 impl Camera {
-    /// The picture behind what it sees.
+    /// The background image.
     pub fn background(&self) -> Option<&Background> {
         self.background.as_deref()
     }
 
-    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. Of parallel rays, focal lengths are in pixels per unit of
-    /// the world; of a matrix with its centre at infinity that is not affine, K is any homography.
+    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. Of parallel rays, focal lengths are in pixels per unit
+    /// of the world; of a matrix with its centre at infinity that is not affine, K is any homography.
     pub fn k(&self) -> DMat3 {
         self.k
     }

@@ -12,7 +12,7 @@ use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, V
 use crate::error::{Result, SceneError};
 
 impl Camera {
-    /// The names of what it has beyond K, a lens and a pose.
+    /// Names of properties other than K, lens and pose.
     pub fn further_properties(&self) -> impl Iterator<Item = &'static str> {
         let has = [
             ("aperture", self.aperture().is_some()),
@@ -45,7 +45,7 @@ impl Camera {
         Ok(Self { aperture, ..self })
     }
 
-    /// The same camera with a picture behind what it sees, or without.
+    /// Returns the camera with this background image, or without one.
     pub fn with_background(self, background: Option<Background>) -> Self {
         Self { background: background.map(Arc::new), ..self }
     }
@@ -105,7 +105,7 @@ impl Camera {
         Ok(Self { r, c, p: camera_matrix(self.k, r, c, self.center)?, matrix: None, motion, ..self.clone() })
     }
 
-    /// The same camera with other intrinsics and another size of its picture.
+    /// The same camera with other intrinsics and another size of its image.
     ///
     /// # Errors
     /// The errors of [`Camera::new`] about K and the size.
@@ -145,7 +145,7 @@ impl Camera {
         &self.lens
     }
 
-    /// Its opening; a pinhole where there is none.
+    /// The aperture; `None` for a pinhole.
     pub fn aperture(&self) -> Option<&Aperture> {
         self.aperture.as_ref()
     }
@@ -165,7 +165,7 @@ impl Camera {
         self.center
     }
 
-    /// The matrix that it was made of, at its own scale and sign; none for other constructors.
+    /// The matrix that the camera was created from, at its original scale and sign; `None` for other constructors.
     pub fn matrix(&self) -> Option<[[f64; 4]; 3]> {
         self.matrix
     }

@@ -16,11 +16,11 @@ const LINE_STEPS: u32 = 64;
 pub struct CameraRay {
     /// Start, in the world.
     pub origin: DVec3,
-    /// Unit length; NaN, which meets nothing, where the pixel sees nothing.
+    /// Unit length; NaN, which hits nothing, if no point projects to the pixel.
     pub direction: DVec3,
 }
 
-/// A pinhole that stands still, all of whose samples are rays from its centre: see [`Camera::pinhole`].
+/// A static pinhole camera, all of whose samples are rays from its centre: see [`Camera::pinhole`].
 #[derive(Clone, Copy, Debug)]
 pub struct Pinhole {
     k: DMat3,
@@ -51,7 +51,7 @@ impl Camera {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
 
-    /// The camera as a [`Pinhole`], where it is no more than that.
+    /// The camera as a [`Pinhole`]; `None` if it has a lens, an aperture or motion.
     pub fn pinhole(&self) -> Option<Pinhole> {
         (self.is_static_pinhole() && self.aperture.is_none()).then(|| Pinhole {
             k: self.k,
@@ -64,8 +64,8 @@ impl Camera {
     ///
     /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
     /// meets the image, and at depth 0 it is not finite. Parallel rays from a plane see what lies in front of it; those
-    /// from infinity see everything. Another [`Lens`] sees what it has an image of, which ends where its model folds over
-    /// and may be behind; the pixel of anything else is NaN.
+    /// from infinity see everything. Another [`Lens`] sees what it has an image of, which ends where its model folds
+    /// over and may be behind; the pixel of anything else is NaN.
     ///
     /// A camera whose lines open one after another sees a point where the line that is open shows it, at the middle of
     /// its exposure: on the first such line if there are several, nowhere if there is none.
@@ -73,8 +73,8 @@ impl Camera {
         self.project_moving(|_| point)
     }
 
-    /// The same of a point that moves while the lines are read: `point` says where it is when the line at a fraction of the
-    /// picture, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
+    /// The same of a point that moves while the lines are read: `point` says where it is when the line at a fraction of
+    /// the image, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
     pub fn project_moving(&self, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         match &self.motion {
             Some(motion) if motion.readout() > 0.0 => self.project_rolling(motion, point),
@@ -117,7 +117,7 @@ impl Camera {
         }
     }
 
-    /// Looks for the line, from 0 to 1, that shows the point where it is itself.
+    /// Finds the line, from 0 to 1, that shows the point at the line's own time.
     fn project_rolling(&self, motion: &ShutterMotion, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         let seen_at = |line: f64| {
             let time = line * motion.readout() + 0.5 * motion.exposure();
@@ -167,17 +167,19 @@ impl Camera {
         (DVec2::NAN, false)
     }
 
-    /// The ray of a pixel coordinate: its start and the direction of unit length, both in the world. The inverse of
-    /// [`Camera::project`], through the middle of the aperture in the middle of the exposure. It starts at the centre,
-    /// with parallel rays on the plane through it (those from infinity: see [`Camera::starting_before`]). The direction is NaN, which meets nothing, where no point has this
-    /// pixel: outside of the picture's valid region with a lens that folds over; a pinhole has none such.
+    /// Returns the ray of a pixel coordinate: its origin and its unit direction, both in world coordinates. The inverse
+    /// of [`Camera::project`], through the middle of the aperture in the middle of the exposure.
+    ///
+    /// The ray starts at the camera's centre or, for parallel rays, on the plane through the centre. If no point
+    /// projects to the pixel, the direction is NaN and hits nothing: this happens outside the valid region of a lens
+    /// that folds over, never with a pinhole camera.
     #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)
     }
 
-    /// The rays of many pixel coordinates, each as [`Camera::ray`] gives it. Those of a pinhole that stands still take half
-    /// the time, most of all if neighbours are of one row.
+    /// The rays of many pixel coordinates, each as [`Camera::ray`] gives it. Those of a pinhole that does not move take
+    /// half the time, most of all if neighbours are of one row.
     #[inline]
     pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
         if !self.is_static_pinhole() {
@@ -245,8 +247,8 @@ impl Camera {
         CameraRay { origin: pose.c + world_from_camera * start, direction: (world_from_camera * direction).normalize() }
     }
 
-    /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0 for a
-    /// camera without a shutter.
+    /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0
+    /// for a camera without a shutter.
     pub fn shutter_offset(&self, pixel: DVec2, part: f64) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| {
             let pixel = self.offset_from_corner(self.wrap_panorama(pixel));
@@ -299,7 +301,7 @@ impl Camera {
         pose.r.row(2).dot(point - pose.c)
     }
 
-    /// Pixels from the corner of the picture.
+    /// Pixels from the corner of the image.
     pub fn offset_from_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }

@@ -34,8 +34,8 @@ impl Rig {
     /// Cameras with R and C in the axes of a body, and the body's pose.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the same
-    /// name or one has none.
+    /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the
+    /// same name or one has none.
     pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(message));
         if mounts.is_empty() {

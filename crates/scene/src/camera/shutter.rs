@@ -48,7 +48,7 @@ const PATH_STEPS: u32 = 32;
 /// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
 ///
 /// A line opens when it is its turn: the first at 0, the last a little before `readout`, and stays open for `exposure`.
-/// A line at the fraction f of the picture's height (or width) is open, at its middle, from `f readout` to
+/// A line at the fraction f of the image's height (or width) is open, at its middle, from `f readout` to
 /// `f readout + exposure`. The ground truth of a pixel is that of the middle of its line's exposure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShutterMotion {
@@ -67,8 +67,8 @@ impl ShutterMotion {
     /// (Shoemake, "Animating rotation with quaternion curves", 1985); before the first and after the last it stands.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] where exposure and readout are negative or not finite, times are not in order, or there are
-    /// no poses.
+    /// [`SceneError::Camera`] where exposure and readout are negative or not finite, times are not in order, or there
+    /// are no poses.
     pub fn new(exposure: f64, readout: f64, direction: ReadoutDirection, poses: Vec<(f64, Pose)>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(message));
         for (name, time) in [("exposure", exposure), ("readout", readout)] {
@@ -96,13 +96,13 @@ impl ShutterMotion {
         Self { camera_from_body: Some(mount), ..self }
     }
 
-    /// True if the camera stands still: it is an exposure, in which moving objects are blurred.
+    /// True if the camera does not move: it is an exposure, in which moving objects are blurred.
     pub fn is_static(&self) -> bool {
         self.poses.len() == 1
     }
 
-    /// The same shutter along a way, whose poses are those at a time from the middle of the exposures. It is followed in
-    /// [`PATH_STEPS`] straight steps.
+    /// The same shutter along a way, whose poses are those at a time from the middle of the exposures. It is followed
+    /// in [`PATH_STEPS`] straight steps.
     ///
     /// # Errors
     /// The errors of the way.
@@ -123,7 +123,7 @@ impl ShutterMotion {
         self.readout + self.exposure
     }
 
-    /// The camera on the body whose poses are [`ShutterMotion::poses`]; the camera itself where there is none.
+    /// The camera on the body whose poses are [`ShutterMotion::poses`]; the camera itself if there is none.
     pub fn camera_from_body(&self) -> Option<&Pose> {
         self.camera_from_body.as_ref()
     }
@@ -184,7 +184,7 @@ impl ShutterMotion {
     }
 
     /// When the line of a pixel is at a part of its exposure, 0.5 in the middle. `pixel` counts from the corner of the
-    /// picture; beyond its edges the time is that of the edge.
+    /// image; beyond its edges the time is that of the edge.
     pub fn line_time(&self, pixel: DVec2, size: [u32; 2], part: f64) -> f64 {
         self.line_fraction(pixel, size) * self.readout + part * self.exposure
     }

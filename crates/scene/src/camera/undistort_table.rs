@@ -1,4 +1,4 @@
-//! Initial guesses for the inverse of a lens: a table over the picture, so near that one step of Newton's method is
+//! Initial guesses for the inverse of a lens: a table over the image, so near that one step of Newton's method is
 //! enough. It is made for the first ray, and a guess depends on its pixel alone.
 
 use std::sync::{Arc, OnceLock};
@@ -10,7 +10,7 @@ use crate::camera::lens::Lens;
 /// Pixels a cell, and the most cells, a side.
 const CELL_PIXELS: u32 = 5;
 const MAX_CELLS: u32 = 128;
-/// There is one more cell around the picture, and the nodes of another for the polynomials at the border.
+/// There is one more cell around the image, and the nodes of another for the polynomials at the border.
 const BORDER_CELLS: u32 = 2;
 
 /// The table of one camera, shared by its copies; not part of what it is.
@@ -24,7 +24,7 @@ impl PartialEq for UndistortTable {
 }
 
 impl UndistortTable {
-    /// Near the point of the lens's undistorted plane that a pixel shows; nothing outside of the picture, and NaN at the
+    /// Near the point of the lens's undistorted plane that a pixel shows; nothing outside of the image, and NaN at the
     /// end of the lens.
     pub fn initial_guess(&self, pixel: DVec2, k: DMat3, size: [u32; 2], lens: &Lens) -> Option<DVec2> {
         let (cells, cell) = grid(size);

@@ -28,7 +28,7 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
     Ok(p)
 }
 
-/// Checks the size of a picture.
+/// Checks the size of an image.
 pub fn check_size(size: [u32; 2]) -> Result<()> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {

@@ -1,4 +1,4 @@
-//! Vignetting: how much of the light arrives, away from the middle of the picture.
+//! Vignetting: the loss of light away from the image centre.
 
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
@@ -14,8 +14,8 @@ pub struct Vignetting {
     /// True if light falls off with the fourth power of the cosine of its angle to the principal axis, as it does on a
     /// flat sensor; 0 from 90 degrees on.
     pub cos4: bool,
-    /// The coefficients of r², r⁴, ...; r is the distance from the principal point in focal lengths, K⁻¹ (u, v, 1). Black
-    /// where it falls below 0.
+    /// The coefficients of r², r⁴, ...; r is the distance from the principal point in focal lengths, K⁻¹ (u, v, 1).
+    /// Black where it falls below 0.
     pub polynomial: Vec<f64>,
 }
 

@@ -35,9 +35,9 @@ fn srgb_byte(v: f32) -> u8 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// [`srgb_byte`] as a table. Float32 numbers from [`TABLE_START`] to 1 are put into bins by their upper half, 128 in each octave:
-/// so narrow that the byte changes at most once in each. An entry and the lower half of a number of its bin add up to
-/// the byte and 16 more bits.
+/// [`srgb_byte`] as a table. Float32 numbers from [`TABLE_START`] to 1 are put into bins by their upper half, 128 in
+/// each octave: so narrow that the byte changes at most once in each. An entry and the lower half of a number of its
+/// bin add up to the byte and 16 more bits.
 struct SrgbTable([u32; BINS]);
 
 /// 2^-13, whose byte is 0 still.
@@ -50,7 +50,7 @@ impl SrgbTable {
         Self(std::array::from_fn(|bin| {
             let number = |lower: u32| f32::from_bits((FIRST_BIN + bin as u32) << 16 | lower);
             let byte = u32::from(srgb_byte(number(0)));
-            // The first lower half with the next byte, 0x10000 where there is none.
+            // The first lower half with the next byte, 0x10000 if there is none.
             let (mut below, mut next) = (0, 0x1_0000);
             while below + 1 < next {
                 let middle = (below + next) / 2;

@@ -1,7 +1,7 @@
-//! From linear radiance to what a display shows: the views of a picture.
+//! View transforms: from linear radiance to display values.
 //!
-//! All of them take linear Rec. 709 with white D65 and give the same, 0..=1, to be encoded as sRGB. None balances white:
-//! light of radiance (1, 1, 1) is the display's white, and lights of a colour colour the picture.
+//! All of them take linear Rec. 709 with white D65 and give the same, 0..=1, to be encoded as sRGB. None balances
+//! white: light of radiance (1, 1, 1) is the display's white, and lights of a colour colour the image.
 
 use glam::{Mat3, Vec3};
 use schemars::JsonSchema;
@@ -14,7 +14,7 @@ use crate::color::Rgb;
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "View")]
 pub enum ViewTransform {
-    /// Radiance as it is; what is brighter than 1 is cut off.
+    /// Unchanged radiance, clipped at 1.
     #[default]
     Standard,
     /// AgX: film-like, with soft highlights that lose their colour, for scenes of high contrast.
@@ -24,7 +24,7 @@ pub enum ViewTransform {
 }
 
 impl ViewTransform {
-    /// As it is written.
+    /// Name in text.
     pub fn name(self) -> &'static str {
         match self {
             Self::Standard => "standard",
@@ -48,8 +48,8 @@ impl ViewTransform {
     }
 }
 
-/// T. Sobotka's AgX (2019) by the fit of B. Wrensch, "Minimal AgX Implementation", 2024: primaries drawn in, 16.5 stops of
-/// log2, a sigmoid, and out again. Its curve is for a display of exponent 2.2.
+/// T. Sobotka's AgX (2019) by the fit of B. Wrensch, "Minimal AgX Implementation", 2024: primaries drawn in, 16.5 stops
+/// of log2, a sigmoid, and out again. Its curve is for a display of exponent 2.2.
 fn agx(rgb: Vec3) -> Vec3 {
     const INSET: Mat3 = Mat3::from_cols(
         Vec3::new(0.842_479_06, 0.042_328_242, 0.042_375_655),

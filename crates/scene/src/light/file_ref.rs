@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The name of a file, and what it holds once it is read.
+/// The name of a file, and its content once it is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileRef<T> {
     /// As written in the description.
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn people_write_the_name_and_bundles_carry_the_content() {
+    fn file_references_are_names_in_text_and_content_in_bundles() {
         let loaded = FileRef::loaded("lamp.ies", Arc::new(7_u32));
         assert_eq!(serde_json::to_string(&loaded).unwrap(), "\"lamp.ies\"");
         let mut read: FileRef<u32> = serde_json::from_str("\"lamp.ies\"").unwrap();

@@ -17,11 +17,11 @@ use crate::texture::{Image, Texels};
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 
-/// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear;
+/// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear;
 /// one number instead of red, green and blue is grey.
 ///
-/// A light has no mesh: it is seen where it has a size, directly and in mirrors, but casts no shadow and is in no ground
-/// truth. To make it block light, put an object there; to make an object shine, give it `emission`.
+/// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and is in no
+/// ground truth. To make it block light, put an object there; to make an object shine, give it `emission`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 // `schema::node` reads an enum from a table by its `type`, so that errors inside keep their place.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
@@ -169,7 +169,8 @@ pub enum Light {
         /// The image file, beside the world file or below. Its values are radiance in W/(m² sr).
         #[schemars(with = "String")]
         image: FileRef<Image>,
-        /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and along
+        /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and
+        /// along
         /// -z in a y-up one; a positive angle is further left.
         #[serde(default)]
         yaw: f64,

@@ -4,7 +4,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess};
 
 use crate::written::{written, written_schema};
 
-/// Linear red, green and blue: 3 numbers, or one that is grey.
+/// Linear red, green and blue: three numbers, or one number for grey.
 pub(crate) struct Strength([f32; 3]);
 
 written! {

@@ -16,25 +16,25 @@ use crate::texture::TextureSlot;
 /// and the texture.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
-    /// Empty when it has none.
+    /// Empty if absent.
     pub name: String,
     /// Linear base colour, each channel 0..=1.
     pub color: Rgb,
     /// The texture that multiplies the base colour; its alpha multiplies `opacity`.
     pub texture: Option<TextureSlot>,
-    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` says what it means.
+    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how it is used.
     pub opacity: f32,
     /// The meaning of opacity.
     pub alpha: Alpha,
-    /// True if the back of a triangle is lit as its front is; else backs are culled from the picture, as in glTF.
+    /// True if the back of a triangle is lit as its front is; else backs are culled from the image, as in glTF.
     pub double_sided: bool,
     /// Emitted radiance, linear, in W/(m² sr). Texture: red, green, blue.
     pub emission: Textured<Rgb>,
     /// Normals of finer detail than the mesh.
     pub normal_map: Option<NormalMap>,
-    /// How much indirect light the surroundings let through, where it is not computed: strength, texture: red.
+    /// Ambient occlusion, for renderers that do not compute it: strength; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
-    /// Rank among overlapping dielectrics: the highest is there; of equals, the one that lies within the other.
+    /// Priority among overlapping dielectrics: the highest wins; among equals, the inner one.
     #[serde(default)]
     pub priority: i32,
     /// How the base colour is reflected.
@@ -71,9 +71,9 @@ pub enum MaterialModel {
         /// The Phong exponent, >= 0.
         shininess: f32,
     },
-    /// The base colour itself, whatever the light.
+    /// The base colour itself, independent of light.
     Unlit,
-    /// A metal by its index of refraction; the base colour multiplies what it reflects.
+    /// A metal by its index of refraction; the base colour multiplies the reflectance.
     Metal(Metal),
     /// A dielectric.
     Glass(Glass),
@@ -82,7 +82,7 @@ pub enum MaterialModel {
 }
 
 impl MaterialModel {
-    /// The lecture's, where nothing is said: all diffuse.
+    /// The default model: purely diffuse.
     pub const DEFAULT: Self = Self::Phong { diffuse: 1.0, specular: [0.0; 3], shininess: 32.0 };
 
     /// Its parameters, if it is principled.
@@ -93,7 +93,7 @@ impl MaterialModel {
         }
     }
 
-    /// True if it shows the base colour whatever the light.
+    /// True if the material shows its base colour independently of light.
     pub fn is_unlit(&self) -> bool {
         matches!(self, Self::Unlit)
     }
@@ -123,7 +123,7 @@ impl MaterialModel {
 }
 
 impl Default for Material {
-    /// White, opaque, all diffuse, seen from both sides.
+    /// White, opaque, diffuse and double-sided.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -142,8 +142,8 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The material of a mesh that says nothing of its own: white, to show the colours that the mesh has, or light grey
-    /// where it has none.
+    /// The material of a mesh without materials: white if the mesh has vertex colours, otherwise light grey.
+    /// if it has none.
     pub fn for_mesh(mesh: &Mesh) -> Self {
         let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
         let color = if colored { [1.0; 3] } else { [0.8; 3] };
@@ -167,7 +167,7 @@ impl Material {
         own.into_iter().flatten().chain(principled.into_iter().flatten())
     }
 
-    /// The same, with this name where it has none.
+    /// Returns the material with this name, unless it already has a name.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         if self.name.is_empty() {
@@ -197,7 +197,7 @@ impl Material {
         self.model.validate()
     }
 
-    /// The largest share of light that comes back in any channel, where it is more than arrives.
+    /// The largest albedo over the channels, if it exceeds 1.
     pub fn reflectance_above_one(&self) -> Option<f32> {
         let MaterialModel::Phong { diffuse, specular, .. } = self.model else { return None };
         let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);

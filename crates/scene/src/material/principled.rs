@@ -9,7 +9,7 @@ use crate::texture::TextureSlot;
 pub struct Textured<T> {
     /// Linear.
     pub value: T,
-    /// Which channels count is said where it is used.
+    /// The field's documentation specifies the channels.
     pub texture: Option<TextureSlot>,
 }
 
@@ -57,7 +57,7 @@ pub struct Principled {
     pub clearcoat: Textured<f32>,
     /// Its perceptual roughness. Texture: green.
     pub clearcoat_roughness: Textured<f32>,
-    /// Its normals; the geometry's where there are none.
+    /// Normals of the coat; the geometry's normals if absent.
     pub clearcoat_normal: Option<NormalMap>,
     /// Colour of the retroreflection of cloth. Texture: red, green, blue.
     pub sheen_color: Textured<Rgb>,

@@ -10,9 +10,9 @@ pub trait Interpolate: Copy {
     fn offset_by(self, step: DVec3) -> Self;
 }
 
-/// The point at the fraction `s` of the curve from one value to another with these velocities at its ends, as steps over the
-/// whole segment. A cubic Bézier curve in cumulative form is the same for vectors and for rotations (Kim, Kim and Shin, "A
-/// general construction scheme for unit quaternion curves", SIGGRAPH 1995).
+/// The point at the fraction `s` of the curve from one value to another with these velocities at its ends, as steps
+/// over the whole segment. A cubic Bézier curve in cumulative form is the same for vectors and for rotations (Kim, Kim
+/// and Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
 pub fn hermite<T: Interpolate>(from: T, to: T, velocities: [DVec3; 2], s: f64) -> T {
     let [first, last] = velocities.map(|velocity| velocity / 3.0);
     let middle = from.offset_by(first).delta_to(to.offset_by(-last));

@@ -2,8 +2,8 @@
 
 use glam::DMat3;
 
-/// The rotation and the stretch (symmetric, positive definite) whose product, in this order, is a matrix; `None` where it
-/// mirrors or flattens. Newton's iteration (N. Higham, "Computing the Polar Decomposition—with Applications", 1986).
+/// The rotation and the stretch (symmetric, positive definite) whose product, in this order, is a matrix; `None` where
+/// it mirrors or flattens. Newton's iteration (N. Higham, "Computing the Polar Decomposition—with Applications", 1986).
 pub fn polar(matrix: DMat3) -> Option<(DMat3, DMat3)> {
     const MOST_STEPS: usize = 100;
     let determinant = matrix.determinant();

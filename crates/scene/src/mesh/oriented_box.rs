@@ -16,9 +16,10 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
-    /// The smallest box around a mesh placed by an affine transform whose edges run along the axes of the mesh. Of a sheared
-    /// mesh they run along those of the rotation nearest to the transform (the orthogonal factor of the polar decomposition:
-    /// N. J. Higham, "Computing the Polar Decomposition", 1986), less any mirroring. `None` without triangles.
+    /// The smallest box around a mesh placed by an affine transform whose edges run along the axes of the mesh. Of a
+    /// sheared mesh they run along those of the rotation nearest to the transform (the orthogonal factor of the polar
+    /// decomposition: N. J. Higham, "Computing the Polar Decomposition", 1986), less any mirroring. `None` without
+    /// triangles.
     pub fn around(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Self> {
         let rotation = nearest_rotation(world_from_mesh.matrix3);
         let box_from_mesh = DAffine3::from_mat3(rotation.transpose()) * world_from_mesh;

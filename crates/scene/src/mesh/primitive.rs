@@ -26,7 +26,7 @@ pub const MAX_TORUS_SEGMENTS: u32 = 2048;
 /// [`SceneError::World`] where an edge length is not finite and > 0.
 pub fn box_(size: [f64; 3]) -> Result<Mesh> {
     check_lengths("box size", &size)?;
-    // For each face: outwards, then right and up in its picture seen from outside.
+    // For each face: outwards, then right and up in its image seen from outside.
     let faces = [
         (-DVec3::X, -DVec3::Y, DVec3::Z),
         (DVec3::X, DVec3::Y, DVec3::Z),

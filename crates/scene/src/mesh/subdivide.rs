@@ -1,9 +1,9 @@
 //! Subdivision of coarse meshes: Loop's scheme with sharp boundaries, and midpoint.
 //!
 //! Each level makes four triangles of one: triangle `i` becomes `4 i` to `4 i + 3`, its three corners in order and then
-//! its middle, and hands on its colour and material slot. Vertices with the same coordinates are one point of the surface
-//! and move together, so that texture seams and hard corners do not tear; texture coordinates and vertex colours are
-//! interpolated linearly along the edges.
+//! its middle, and hands on its colour and material slot. Vertices with the same coordinates are one point of the
+//! surface and move together, so that texture seams and hard corners do not tear; texture coordinates and vertex
+//! colours are interpolated linearly along the edges.
 
 use glam::{DVec3, Vec3};
 
@@ -15,8 +15,8 @@ use crate::mesh::topology::{Edges, has_three_corners, weld_vertices};
 pub const MAX_SUBDIVIDED_TRIANGLES: usize = 1 << 25;
 
 /// `levels` steps of Loop's scheme (C. Loop, Smooth Subdivision Surfaces Based on Triangles, 1987). Edges of one
-/// triangle, or of more than two, are sharp: points on them are spline curves of their own (Hoppe et al. 1994), and stay
-/// where they are where more than two such edges meet. The result has shading normals.
+/// triangle, or of more than two, are sharp: points on them are spline curves of their own (Hoppe et al. 1994), and
+/// stay where they are where more than two such edges meet. The result has shading normals.
 ///
 /// # Errors
 /// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
@@ -190,7 +190,7 @@ fn interpolate_on_edges<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, bet
     }
 }
 
-/// Gives the value of each triangle to the four made of it.
+/// Copies the value of each triangle to its four parts.
 fn repeat_per_triangle<T: Copy>(values: &mut Option<Vec<T>>) {
     if let Some(values) = values {
         *values = values.iter().flat_map(|&value| [value; 4]).collect();

@@ -165,10 +165,10 @@ fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::
 }
 
 impl Image {
-    /// Checks that it has as many texels as its size says.
+    /// Checks that the number of texels matches the size.
     ///
     /// # Errors
-    /// [`SceneError::World`] where it has not, has none, or has some that are not finite.
+    /// [`SceneError::World`] if it differs, the image is empty, or a texel is not finite.
     pub fn validate(&self) -> Result<()> {
         let Image { name, size, texels } = self;
         let [width, height] = *size;

@@ -9,8 +9,8 @@ use crate::texture::texel::TexelKind;
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.
     ///
-    /// Images of 8 and 16 bits give 16, linear; floats give floats. Texels are the means of those that they cover, so that
-    /// every level has the mean of the image as far as its numbers can say it.
+    /// Images of 8 and 16 bits give 16, linear; floats give floats. Texels are the means of those that they cover, so
+    /// that every level has the image's mean up to rounding.
     pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
         if let Texels::Paged(texels) = &self.texels {
             let level = |texels| {
@@ -31,8 +31,8 @@ impl Image {
         levels
     }
 
-    /// An image of half the size, each texel the mean of those that it covers: linear, so that no light is lost. None of a
-    /// single texel.
+    /// An image of half the size, each texel the mean of those that it covers: linear, so that no light is lost. None
+    /// of a single texel.
     pub(super) fn halved(&self) -> Option<Image> {
         let [width, height] = self.size;
         if self.size == [1, 1] {
@@ -59,7 +59,7 @@ impl Image {
         Some(Image { name: String::new(), size: [w, h], texels })
     }
 
-    /// The bytes that its texels and those of its mip map take.
+    /// Memory of the texels and their mip map, in bytes.
     pub(super) fn bytes(&self) -> u64 {
         let count = |size: [u32; 2]| u64::from(size[0]) * u64::from(size[1]);
         let kind = self.texels.kind();

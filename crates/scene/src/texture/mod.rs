@@ -42,7 +42,7 @@ pub enum TexelFilter {
     Linear,
 }
 
-/// How an image is looked up, as glTF's samplers say.
+/// Texture lookup, as in glTF samplers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
 pub struct TextureSampler {
     /// Wrap modes of u and v.
@@ -171,7 +171,7 @@ impl Axis {
 }
 
 impl Wrap {
-    /// The texel that stands at position `i` of an axis of `size` texels.
+    /// The texel at position `i` of an axis of `size` texels.
     #[inline]
     fn index(self, i: i64, size: i64) -> usize {
         // Nearly always; a division takes longer than all else.

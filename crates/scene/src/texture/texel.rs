@@ -29,7 +29,7 @@ impl TexelKind {
         }
     }
 
-    /// Texels from the bytes that [`ResidentTexels::write_bytes`] has made of them.
+    /// Texels from the bytes written by [`ResidentTexels::write_bytes`].
     pub fn decode(self, bytes: &[u8]) -> ResidentTexels {
         let small = || bytes.as_chunks().0.to_vec();
         match self {

@@ -17,14 +17,14 @@ use crate::up::Up;
 /// The most frames of a video: more than nine hours at 30 a second.
 pub const MAX_FRAMES: f64 = 1_000_000.0;
 
-/// Carries the camera around the upright axis through a target, as a whole: the first frame is the still picture.
+/// Moves the camera around the vertical axis through a target; the first frame equals the still image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "OrbitSpec")]
 pub struct Orbit {
     /// The point to go around.
     pub target: [f64; 3],
-    /// How far, over the whole video; positive is counter-clockwise seen from above; 360 where not given.
+    /// Angle over the whole video in degrees, counter-clockwise seen from above; default 360.
     #[serde(default = "full_turn")]
     pub degrees: f64,
 }
@@ -70,7 +70,7 @@ impl Video {
     /// Checks that it moves only objects and rigs below these counts.
     ///
     /// # Errors
-    /// [`SceneError`] where it moves others, or has no length or no end.
+    /// [`SceneError`] if it moves unknown objects, or has no length or no end.
     pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<()> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::world(format!("the video moves rig {id} of {rigs}")));
@@ -101,8 +101,8 @@ impl Video {
         frame as f64 / self.fps
     }
 
-    /// `base` (one of the world's cameras, or another) as the video moves it, at a time in seconds. One that stands while
-    /// its shutter is open moves on as the video does; the time is that of the middle of its motion.
+    /// `base` (one of the world's cameras, or another) as the video moves it, at a time in seconds. One that stands
+    /// while its shutter is open moves on as the video does; the time is that of the middle of its motion.
     ///
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.

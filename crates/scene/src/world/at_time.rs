@@ -15,7 +15,7 @@ use crate::video::KeyframedMotion;
 use crate::world::{Object, World, WorldTime};
 
 impl World {
-    /// The world when a clock says so: moved by one of its animations, where it has any, and by its video. What does not
+    /// The world at a time: moved by one of its animations, if it has any, and by its video. What does not
     /// move is shared. Cameras are as they are; see [`Video::camera_at`].
     ///
     /// # Errors
@@ -28,7 +28,7 @@ impl World {
         Ok(World { time: Some(clock), ..moved })
     }
 
-    /// The world in the middle of the exposure of the line of a pixel; as it is, if it is at no time.
+    /// The world in the middle of the exposure of a pixel's line; unchanged if the world has no time.
     ///
     /// # Errors
     /// The errors of [`World::at_time`].
@@ -75,7 +75,7 @@ impl World {
     /// their triangles.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such animation.
+    /// [`SceneError::World`] if the animation does not exist.
     pub fn animated_at(&self, animation: usize, time: f64) -> Result<World> {
         let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
@@ -104,7 +104,7 @@ impl World {
         let rest = rig.evaluate(None);
         for mount in &rig.objects {
             let object = &mut world.objects[mount.object];
-            // Joints say where a bent mesh is, whatever the node does.
+            // Joints place a skinned mesh, independently of its node.
             let placed = match mount.skin {
                 Some(_) => DAffine3::IDENTITY,
                 None => pose.world_from_node[mount.node] * mount.node_from_mesh,

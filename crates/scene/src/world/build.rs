@@ -30,7 +30,7 @@ impl World {
         self.textures.len() - 1
     }
 
-    /// Adds a material and returns its index, with a notice where it reflects more light than arrives.
+    /// Adds a material and returns its index, with a notice if it reflects more light than arrives.
     ///
     /// # Errors
     /// The errors of [`Material::validate`], and a texture that there is not.
@@ -58,7 +58,7 @@ impl World {
         }
     }
 
-    /// Adds an object and returns its id. A name that is taken gets a number; an empty one becomes `object`.
+    /// Adds an object and returns its id. A name in use gets a number; an empty name becomes `object`.
     ///
     /// # Errors
     /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are

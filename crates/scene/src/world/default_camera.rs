@@ -1,4 +1,4 @@
-//! The camera of a world that has none: one that frames everything.
+//! The default camera of a world without cameras: it frames everything.
 
 use glam::{BVec3, DVec2, DVec3};
 
@@ -7,8 +7,8 @@ use crate::error::{Result, SceneError};
 use crate::up::Up;
 use crate::world::World;
 
-/// The direction from the middle to the eye, to the right, to the front and up. It is 1.1 degrees or more off every plane
-/// whose normal is of whole numbers up to 3, so that no slanted plane that people model is seen from its edge.
+/// The direction from the middle to the eye, to the right, to the front and up. It is 1.1 degrees or more off every
+/// plane whose normal is of whole numbers up to 3, so that no slanted plane that people model is seen from its edge.
 const AWAY: [f64; 3] = [1.0, 2.463, 1.085];
 
 impl World {
@@ -32,7 +32,7 @@ impl World {
         };
         let center = (low + high) / 2.0;
         let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
-        // Near enough for every corner of the bounds to lie within nine tenths of the picture.
+        // Near enough for every corner of the bounds to lie within nine tenths of the image.
         let reach = 0.9 * DVec2::new(f64::from(size[0]) / k.x_axis.x, f64::from(size[1]) / k.y_axis.y) / 2.0;
         let distance = (0..8)
             .map(|i| {

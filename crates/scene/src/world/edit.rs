@@ -10,11 +10,11 @@ use crate::world::World;
 use crate::world::names::Names;
 
 impl World {
-    /// Removes an object, and what nobody else uses of it. The objects after it move down by one; videos, animations and
+    /// Removes an object and its unshared parts. Later objects move down by one; videos, animations and
     /// variants follow.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such object.
+    /// [`SceneError::World`] if the object does not exist.
     pub fn remove_object(&mut self, id: usize) -> Result<()> {
         self.check_object(id)?;
         let before = self.parts_in_use();
@@ -32,10 +32,10 @@ impl World {
         Ok(())
     }
 
-    /// Places an object. In a world at a time it stands there from now on: what moved it does not any more.
+    /// Places an object. In a world at a time, the object stays there: animations no longer move it.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such object, or the transform flattens it or is not finite.
+    /// [`SceneError::World`] if the object does not exist, or the transform flattens it or is not finite.
     pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<()> {
         self.check_object(id)?;
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
@@ -71,7 +71,7 @@ impl World {
     /// Replaces a light, which hangs on no node any more.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such light, and those of [`Light::validate`].
+    /// [`SceneError::World`] if the light does not exist, and those of [`Light::validate`].
     pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<()> {
         self.check_light(number)?;
         light.validate()?;
@@ -84,7 +84,7 @@ impl World {
     /// Removes a light. The lights after it move down by one.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such light.
+    /// [`SceneError::World`] if the light does not exist.
     pub fn remove_light(&mut self, number: usize) -> Result<()> {
         self.check_light(number)?;
         self.lights.remove(number);
@@ -95,7 +95,7 @@ impl World {
     /// Replaces a camera, which hangs on no node any more.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
+    /// [`SceneError::World`] if the camera does not exist, or it is one of a rig.
     pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras[number].camera = camera;
@@ -106,7 +106,7 @@ impl World {
     /// Removes a camera.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
+    /// [`SceneError::World`] if the camera does not exist, or it is one of a rig.
     pub fn remove_camera(&mut self, name: &str) -> Result<()> {
         let number = self.own_camera(name)?;
         self.cameras.remove(number);
@@ -133,7 +133,7 @@ impl World {
     /// Checks that there is an object of this number.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is none.
+    /// [`SceneError::World`] if it does not exist.
     pub fn check_object(&self, id: usize) -> Result<()> {
         check_number("object", id, self.objects.len())
     }
@@ -141,7 +141,7 @@ impl World {
     /// Checks that there is a light of this number.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there is none.
+    /// [`SceneError::World`] if it does not exist.
     pub fn check_light(&self, number: usize) -> Result<()> {
         check_number("light", number, self.lights.len())
     }
@@ -159,7 +159,7 @@ fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
     Err(SceneError::world(format!("no {what} {number}: {known}")))
 }
 
-/// Moves an index down if it comes after what is removed; false for the index that is removed.
+/// Moves an index down if it follows the removed one; false for the removed index.
 fn follow(index: &mut usize, removed: usize) -> bool {
     let stays = *index != removed;
     *index -= usize::from(*index > removed);

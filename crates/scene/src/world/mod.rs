@@ -36,7 +36,7 @@ use crate::video::Video;
 /// A placed mesh: what the ground truth calls an instance. Its id is its index in [`World::objects`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Object {
-    /// Unique within the world; made from the shape where none was given.
+    /// Unique within the world; derived from the shape if not given.
     pub name: String,
     /// A class for data sets.
     pub category: Option<String>,
@@ -46,13 +46,14 @@ pub struct Object {
     pub materials: Vec<usize>,
     /// Any invertible affine transform, mirroring included.
     pub world_from_mesh: DAffine3,
-    /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it is.
+    /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it
+    /// is.
     #[serde(rename = "shape")]
     pub scale_shear: DMat3,
-    /// False for an object that is in no picture, shadow, light or query; its number stays.
+    /// False for an object that is excluded from images, shadows, light and queries; its index stays.
     #[serde(default = "visible")]
     pub visible: bool,
-    /// True for an object of which compositions show the shadows alone.
+    /// True for a shadow catcher: compositions show only its shadows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shadow_catcher: bool,
 }
@@ -98,15 +99,15 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
-    /// True if emissive surfaces do not replace default lights: a world without other lights gets some all the same. So it is
-    /// in glTF, whose viewers light everything by an environment of their own.
+    /// True if emissive surfaces do not replace default lights: a world without other lights gets some all the same. So
+    /// it is in glTF, whose viewers light everything by an environment of their own.
     #[serde(rename = "glow_is_decoration")]
     pub emission_keeps_default_lights: bool,
     /// Named cameras, the default one first.
     pub cameras: Vec<NamedCamera>,
     /// Rigs, whose cameras are among the others.
     pub rigs: Vec<Rig>,
-    /// How it wants to be rendered.
+    /// Render options of the world.
     pub render: RenderOptions,
     /// The video that `raycam video` makes of it.
     pub video: Option<Video>,
@@ -115,7 +116,7 @@ pub struct World {
     pub node_tree: Option<Arc<NodeTree>>,
     /// Looks to choose from.
     pub variants: Vec<Variant>,
-    /// When it is, where it was moved to a time: a camera's shutter sees it move on from there.
+    /// When it is, if it was moved to a time: a camera's shutter sees it move on from there.
     #[serde(rename = "clock")]
     pub time: Option<WorldTime>,
     /// Notices of its readers: skipped, repaired, counted. Never silent.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Names in use.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
-    /// For each name in use, the number to try next where it is wanted again.
+    /// For each name in use, the number to try next for a duplicate.
     next: BTreeMap<String, usize>,
 }
 
@@ -21,7 +21,7 @@ impl Names {
         known
     }
 
-    /// The name where it is free, or else with the first free number after it: `box`, `box-2`, `box-3`.
+    /// The name if it is free, otherwise with the first free number appended: `box`, `box-2`, `box-3`.
     pub fn unique(&mut self, wanted: &str) -> String {
         let Some(next) = self.next.get(wanted).copied() else {
             self.next.insert(wanted.into(), 2);

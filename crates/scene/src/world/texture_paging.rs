@@ -42,7 +42,8 @@ impl World {
         }
     }
 
-    /// Once the images do not fit into the memory for textures: sees to it that all of them lie in its file, and says so.
+    /// Once the images do not fit into the memory for textures: sees to it that all of them lie in its file, and says
+    /// so.
     ///
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be written.

@@ -5,7 +5,8 @@ use crate::error::{Result, SceneError};
 use crate::world::World;
 
 impl World {
-    /// Builds it again in their way, for worlds that come as data: every part is valid, and every index leads somewhere.
+    /// Builds it again in their way, for worlds that come as data: every part is valid, and every index leads
+    /// somewhere.
     ///
     /// # Errors
     /// The errors of the methods that add its parts.
@@ -16,7 +17,7 @@ impl World {
         for texture in &self.textures {
             texture.validate()?;
         }
-        // Notices were taken when it was first built.
+        // Notices were reported when the world was first built.
         let notices = self.notices.clone();
         for material in std::mem::take(&mut self.materials) {
             self.add_material(material)?;

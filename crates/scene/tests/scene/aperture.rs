@@ -14,7 +14,7 @@ fn grid() -> impl Iterator<Item = [f64; 2]> {
 }
 
 #[test]
-fn what_is_in_focus_is_sharp() {
+fn points_in_focus_are_sharp() {
     let aperture = Aperture::new(0.3, 4.0, 0, 0.0).unwrap();
     let flat = camera().with_aperture(Some(aperture)).unwrap();
     let pixel = DVec2::new(180.0, 10.0);
@@ -66,7 +66,7 @@ fn openings_are_evenly_filled() {
 }
 
 #[test]
-fn what_is_no_aperture_is_told() {
+fn invalid_apertures_are_refused() {
     for (radius, focus, blades, rotation) in [
         (-0.1, 1.0, 0, 0.0),
         (0.1, 0.0, 0, 0.0),

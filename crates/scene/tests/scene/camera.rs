@@ -92,7 +92,7 @@ fn project_and_ray_are_inverses() {
 }
 
 #[test]
-fn many_rays_are_those_of_each_pixel() {
+fn batched_rays_equal_single_rays() {
     let mut random = Random(4);
     for round in 0..60 {
         let mut camera = camera(&mut random);
@@ -148,7 +148,7 @@ fn the_forward_direction_is_the_lectures() {
 }
 
 #[test]
-fn roll_pitch_yaw_come_back() {
+fn roll_pitch_yaw_round_trip() {
     let mut random = Random(5);
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for up in [Up::Z, Up::Y] {
@@ -176,7 +176,7 @@ fn zero_angles_look_ahead_and_signs_are_those_of_the_conventions() {
         assert_eq!(-zero.r().row(0), left);
         assert_eq!(pose(0.0, 0.0, 90.0, up).forward(), left, "positive yaw turns left");
         assert_eq!(pose(0.0, 90.0, 0.0, up).forward(), -up.axis(), "positive pitch looks down");
-        // Positive roll leans right: what was up in the picture now points right of up in the world.
+        // Positive roll leans right: what was up in the image now points right of up in the world.
         assert_eq!(-pose(90.0, 0.0, 0.0, up).r().row(1), -left);
     }
 }
@@ -272,7 +272,7 @@ fn a_rotation_read_from_text_becomes_the_nearest_rotation() {
 }
 
 #[test]
-fn what_is_no_camera_is_told_why() {
+fn invalid_cameras_are_refused_with_a_reason() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     let new = |k, r, size| message(Camera::new(k, r, DVec3::ZERO, size, PixelCenter::Integer));
     let mut scaled = DMat3::IDENTITY;
@@ -305,7 +305,7 @@ fn what_is_no_camera_is_told_why() {
 }
 
 #[test]
-fn behind_the_camera_is_not_in_front() {
+fn points_behind_the_camera_are_not_projected() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Integer).unwrap();
     assert!(camera.project(DVec3::new(0.1, 0.1, 1.0)).1);

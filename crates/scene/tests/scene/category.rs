@@ -28,7 +28,7 @@ fn names_get_the_free_numbers() {
 }
 
 #[test]
-fn a_description_may_say_either() {
+fn categories_are_read_from_numbers_or_names() {
     use schema::Value::{Float, Integer};
     let text = |text: &str| schema::Value::String(text.into());
     let entry = |key: &str, value| schema::Entry {

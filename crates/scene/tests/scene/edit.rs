@@ -42,7 +42,7 @@ fn indices_follow_a_removed_object() {
 }
 
 #[test]
-fn parts_go_with_the_last_that_uses_them() {
+fn unused_parts_are_removed_with_their_last_user() {
     let mut world = three();
     world.remove_object(0).unwrap();
     assert_eq!((world.meshes.len(), world.materials.len(), world.textures.len()), (3, 2, 2));
@@ -55,7 +55,7 @@ fn parts_go_with_the_last_that_uses_them() {
 }
 
 #[test]
-fn what_is_not_there_and_what_flattens_is_refused() {
+fn missing_objects_and_flat_transforms_are_refused() {
     let mut world = three();
     let before = world.clone();
     let message = world.remove_object(3).unwrap_err().to_string();

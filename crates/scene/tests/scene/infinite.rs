@@ -11,7 +11,7 @@ fn matrix(random: &mut Random) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|_| [0, 1, 2, 3].map(|_| random.between(-5.0, 5.0)))
 }
 
-/// The pixel that P itself says.
+/// The pixel computed from P.
 fn through(p: [[f64; 4]; 3], point: DVec3) -> DVec2 {
     let x = p.map(|row| DVec4::from_array(row).dot(point.extend(1.0)));
     DVec2::new(x[0] / x[2], x[1] / x[2])

@@ -76,7 +76,7 @@ fn coefficient_names_match_the_longest_accepted_list() {
 }
 
 #[test]
-fn what_has_a_pixel_has_its_ray() {
+fn projected_points_lie_on_the_ray_of_their_pixel() {
     for (model, coefficients) in LENSES {
         let camera = camera(model, coefficients);
         let mut random = Random(6);
@@ -88,14 +88,14 @@ fn what_has_a_pixel_has_its_ray() {
             if seen {
                 let direction = camera.r() * camera.ray(pixel).1;
                 let off = (direction - local.normalize()).length();
-                // Near the fold a pixel hardly says how far from the axis the direction is.
+                // Near the fold, a pixel hardly determines the angle from the axis.
                 assert!(off < 1e-6, "{coefficients:?} {local} {off}");
             }
         }
     }
 }
 
-/// A model is one-to-one up to its last angle: the radius along a meridian grows until there is none, and the pixels of
+/// A model is one-to-one up to its maximum angle: the radius along a meridian grows until it ends, and the pixels of
 /// two directions differ.
 #[test]
 fn radii_grow_to_the_end() {
@@ -146,8 +146,9 @@ fn wide_models_end_where_their_papers_say() {
     // Mei's model: cos θ > -min(ξ, 1 / ξ).
     assert!((end(LensModel::Omni, &[0.7]) - (-0.7_f64).acos()).abs() < 1e-9);
     assert!((end(LensModel::Omni, &[2.0]) - (-0.5_f64).acos()).abs() < 1e-9);
-    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the end. Usenko's bound, equations
-    // 43 to 45, z > -w2 d, takes the point of the second sphere for one of the first: it stops a little earlier.
+    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the end. Usenko's bound,
+    // equations 43 to 45, z > -w2 d, takes the point of the second sphere for one of the first: it stops a little
+    // earlier.
     let (xi, alpha) = (-0.2_f64, 0.59);
     let w1 = (1.0 - alpha) / alpha;
     let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();
@@ -161,7 +162,7 @@ fn wide_models_end_where_their_papers_say() {
 }
 
 #[test]
-fn colmap_models_come_and_go() {
+fn colmap_models_round_trip() {
     let params = [500.0, 510.0, 320.0, 240.0];
     let (k, lens) = raycam_scene::camera::lens_from_colmap("PINHOLE", &params).unwrap();
     assert_eq!((k.x_axis.x, k.z_axis.y, lens), (500.0, 240.0, Lens::Pinhole));
@@ -193,7 +194,7 @@ fn a_lens_ends_where_its_model_folds_over() {
 }
 
 #[test]
-fn a_fisheye_sees_behind_itself() {
+fn fisheye_cameras_project_points_behind_them() {
     let camera = camera(LensModel::Fisheye, &[0.0; 4]);
     let behind = DVec3::new(0.0, 1.0, -1.0);
     let (pixel, seen) = camera.project(camera.c() + camera.r().transpose() * behind);

@@ -12,7 +12,7 @@ fn message(change: impl FnOnce(&mut Mesh)) -> String {
 }
 
 #[test]
-fn the_first_of_many_faults_is_said_in_either_half() {
+fn mesh_errors_report_the_first_fault() {
     let count = 400_000;
     let mut mesh = Mesh { vertices: vec![DVec3::ONE; count], triangles: vec![[0, 1, 2]; count], ..Mesh::default() };
     mesh.validate().unwrap();
@@ -30,7 +30,7 @@ fn the_first_of_many_faults_is_said_in_either_half() {
 }
 
 #[test]
-fn what_is_wrong_with_a_mesh_is_said() {
+fn mesh_errors_name_the_fault() {
     assert!(message(|m| m.triangles.clear()).contains("without triangles"));
     assert!(message(|m| *m = Mesh::default()).contains("a mesh of 0 vertices without triangles"));
     assert!(message(|m| m.vertices[2].y = f64::NAN).contains("vertex 2 is [0.5, NaN, 0]"));

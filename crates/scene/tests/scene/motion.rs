@@ -19,7 +19,7 @@ fn poses(turn: f64) -> Vec<(f64, Pose)> {
 }
 
 #[test]
-fn between_poses_it_turns_and_moves_evenly() {
+fn poses_are_interpolated_at_constant_speed() {
     let motion = ShutterMotion::new(0.0, 0.04, ReadoutDirection::Down, poses(0.8)).unwrap();
     for s in [0.0, 0.25, 0.5, 0.9, 1.0] {
         let pose = motion.pose_at(0.04 * s);
@@ -34,7 +34,7 @@ fn between_poses_it_turns_and_moves_evenly() {
 }
 
 #[test]
-fn each_row_sees_from_where_the_camera_is_then() {
+fn rolling_shutter_rows_use_the_pose_at_their_time() {
     for (direction, line) in [
         (ReadoutDirection::Down, (100.0 + 0.5) / 480.0),
         (ReadoutDirection::Up, 1.0 - (100.0 + 0.5) / 480.0),
@@ -67,7 +67,7 @@ fn project_finds_the_row_that_sees_a_point() {
                 let (origin, ray) = camera.ray(pixel);
                 let (found, seen) = camera.project(origin + random.between(2.0, 40.0) * ray);
                 assert!(seen);
-                // A camera that turns against the readout may see a point twice; what is found is seen.
+                // A camera that turns against the readout may show a point twice; either is valid.
                 if (found - pixel).length() > 1e-8 {
                     let again = camera.ray(found);
                     assert!(turn < 0.0 || direction != ReadoutDirection::Down, "{found} {pixel} {again:?}");
@@ -78,7 +78,7 @@ fn project_finds_the_row_that_sees_a_point() {
 }
 
 #[test]
-fn moving_elsewhere_takes_the_motion_along() {
+fn moved_cameras_keep_their_motion() {
     let mut random = Random(9);
     let motion = ShutterMotion::new(0.01, 0.03, ReadoutDirection::Down, poses(0.3)).unwrap();
     let camera = still().with_motion(motion).unwrap();
@@ -95,7 +95,7 @@ fn moving_elsewhere_takes_the_motion_along() {
 }
 
 #[test]
-fn what_is_no_motion_is_told() {
+fn invalid_motions_are_refused() {
     let pose = poses(0.1)[0].1;
     let fails = |exposure, readout, poses| ShutterMotion::new(exposure, readout, ReadoutDirection::Down, poses);
     assert!(fails(-1.0, 0.0, poses(0.1)).is_err());

@@ -1,4 +1,4 @@
-//! Primitives: closed, outward, watertight, and of the size that was asked for.
+//! Primitives: closed, outward, watertight, and of the requested size.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -50,7 +50,7 @@ fn assert_sound(mesh: &Mesh) {
             assert!((normal.length() - 1.0).abs() < 1e-6);
             assert!(normal.dot(face) > 0.3, "shading normal of triangle {triangle} faces the other way");
         }
-        // The picture is not mirrored on the surface.
+        // The texture is not mirrored on the surface.
         let [p, q, r] = [a, b, c].map(|v| mesh.uvs.as_ref().unwrap()[v].map(f64::from));
         let turn = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
         assert!(turn < 1e-12, "texture coordinates of triangle {triangle} are mirrored");

@@ -115,7 +115,7 @@ fn a_boundary_is_a_spline_of_itself() {
 }
 
 #[test]
-fn where_many_sharp_edges_meet_the_corner_stays() {
+fn corners_of_many_sharp_edges_stay_in_place() {
     // Three sheets on one edge: the edge is sharp, and each of its ends has more than two sharp edges.
     let mesh = Mesh {
         vertices: vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::Y, -DVec3::X],
@@ -177,7 +177,7 @@ fn triangles_inherit() {
 }
 
 #[test]
-fn triangles_without_area_stay_without_and_disturb_nobody() {
+fn triangles_without_area_do_not_affect_refinement() {
     let clean = primitive::sphere(1.0, 1).unwrap();
     let mut mesh = clean.clone();
     let [a, b, _] = mesh.triangles[0];

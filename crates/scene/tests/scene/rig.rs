@@ -29,7 +29,7 @@ fn build(json: &str) -> Result<World, SceneError> {
 }
 
 #[test]
-fn cameras_see_what_they_see_in_the_axes_of_the_body() {
+fn rig_cameras_use_the_axes_of_the_body() {
     let mut random = Random(1);
     let (mounts, body) = (mounts(&mut random), pose(&mut random));
     let rig = Rig::new("rig", body, mounts.clone()).unwrap();
@@ -71,7 +71,7 @@ fn a_turning_body_carries_its_cameras_on_arcs() {
 }
 
 #[test]
-fn its_description_is_the_same_rig() {
+fn rig_descriptions_round_trip() {
     let mut random = Random(3);
     let rig = Rig::new("pair", pose(&mut random), mounts(&mut random)).unwrap();
     assert_eq!(RigSpec::from_rig(&rig).build(Up::Y).unwrap(), rig);
@@ -129,7 +129,7 @@ fn a_video_moves_a_rig_by_its_keyframes_or_as_its_camera() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_rig_values_are_refused() {
     for (json, expected) in [
         (r#"{"rig": {"name": "a"}}"#, "a rig without cameras"),
         (

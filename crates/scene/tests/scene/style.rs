@@ -1,4 +1,4 @@
-//! Materials as people write them: textures of every value, and overrides of what a file says.
+//! Material descriptions: textures of every value, and overrides of a file's materials.
 
 use crate::common::{FakeFiles, node};
 use raycam_scene::mesh::primitive;
@@ -30,7 +30,7 @@ fn fails(json: &str, words: &str) {
 }
 
 #[test]
-fn every_value_may_have_a_texture() {
+fn textures_are_accepted_for_every_value() {
     let world = build(
         r#"{ "plane": {}, "type": "principled", "texture": "color.png", "metallic": 0.5, "textures": {
             "roughness": "rough.png",
@@ -69,7 +69,7 @@ fn every_value_may_have_a_texture() {
 }
 
 #[test]
-fn coordinates_are_turned_as_gltf_says() {
+fn texture_coordinates_are_transformed_as_in_gltf() {
     let world = build(
         r#"{ "plane": {}, "texture": { "image": "a.png", "repeat": [2, 3], "rotation": 90, "offset": [0.5, 0] } }"#,
     )
@@ -85,7 +85,7 @@ fn coordinates_are_turned_as_gltf_says() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_material_values_are_refused() {
     fails(
         r#"{ "plane": {}, "textures": { "roughness": "a.png" } }"#,
         "textures.roughness: it goes with type = \"principled\"",
@@ -101,7 +101,7 @@ fn what_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn what_a_file_says_may_be_changed() {
+fn file_materials_can_be_overridden() {
     let file = |model: MaterialModel| MeshFile {
         parts: vec![MeshPart { name: String::new(), mesh: primitive::plane([1.0, 1.0]).unwrap(), materials: vec![0] }],
         materials: vec![Material { color: [0.5; 3], model, ..Material::default() }],
@@ -113,7 +113,7 @@ fn what_a_file_says_may_be_changed() {
     let p = principled(&world);
     assert_eq!((p.roughness.value, p.clearcoat.value, p.metallic.value), (0.75, 1.0, 1.0));
     assert_eq!(world.materials[0].color, [0.5; 3]);
-    // A type begins anew.
+    // A type resets all other values.
     let world = build_from(r#"{ "mesh": "a.glb", "type": "principled", "roughness": 0.75 }"#, gold()).unwrap();
     let p = principled(&world);
     assert_eq!((p.clearcoat.value, p.metallic.value), (0.0, 0.0));

@@ -44,7 +44,7 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
             }
         }
     }
-    // Black beside white shows the smallest share of a neighbour, in the widest images most.
+    // Black next to white shows the smallest share of a neighbour, most in the widest images.
     let width = 65_536;
     let texels = (0..width).map(|x| [255 * (x % 2) as u8; 3]);
     let stripes = Texture::from_srgb8("", [width, 1], texels, [Wrap::Clamp; 2]);
@@ -87,7 +87,7 @@ fn wrapping() {
 }
 
 #[test]
-fn no_coordinate_is_too_large() {
+fn texture_coordinates_of_any_size_are_wrapped() {
     for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
         let image = texture([3, 2], wrap);
         for v in [f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e18] {

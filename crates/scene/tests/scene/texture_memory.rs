@@ -111,7 +111,7 @@ fn threads_share_tiles_and_see_the_same() {
 }
 
 #[test]
-fn what_fits_stays_as_it_is_and_what_does_not_takes_all_with_it() {
+fn textures_are_paged_only_above_the_limit() {
     let image = |seed: u32| {
         let texels = vec![[seed as u8; 4]; 64 * 64];
         Arc::new(Image { name: format!("{seed}"), size: [64, 64], texels: Texels::Linear8(texels) })
@@ -166,14 +166,14 @@ fn a_world_of_data_gets_a_memory_afterwards() {
     assert_eq!(wide.unwrap().textures, world.textures);
     let tight = world.clone().with_texture_cache(TextureCache::new(1000));
     let tight = tight.unwrap();
-    // As data it is what it was.
+    // Data textures are unchanged.
     let [a, b] = [&world, &tight].map(|world| serde_json::to_string(&world.textures[0].image));
     assert_eq!(a.unwrap(), b.unwrap());
     assert_ne!(tight.textures[0].image, world.textures[0].image);
 }
 
 #[test]
-fn a_file_that_cannot_be_made_is_told_with_what_to_do() {
+fn missing_temporary_folders_are_reported_with_a_remedy() {
     let folder = std::env::temp_dir().join("raycam-there-is-no-such-folder");
     let memory = Arc::new(TextureCache::in_folder(10, &folder));
     let error = memory.insert(images([8, 8]).remove(0)).unwrap_err();
@@ -183,12 +183,12 @@ fn a_file_that_cannot_be_made_is_told_with_what_to_do() {
     assert_eq!(*path, folder);
     assert!(number.is_some());
     assert!(message.contains("TMPDIR") && message.contains("texture_memory"), "{message}");
-    // Seen from a key of a description it is still the disk's fault.
+    // With a key prefixed, the variant stays the same.
     assert_eq!(error.clone().in_context("object[0].texture"), error);
 }
 
 #[test]
-fn an_image_that_is_none_is_refused() {
+fn empty_images_are_refused() {
     let memory = Arc::new(TextureCache::new(10));
     let image = Arc::new(Image { name: String::new(), size: [1, 1], texels: Texels::Float(vec![[f32::NAN; 4]]) });
     assert!(memory.insert(image).is_err());

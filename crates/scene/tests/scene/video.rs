@@ -75,7 +75,7 @@ fn linear_keyframes_move_at_constant_speed_and_hold_at_the_ends() {
 }
 
 #[test]
-fn smooth_keyframes_are_met_without_jumps_in_speed() {
+fn smooth_keyframes_have_continuous_speed() {
     let world = keyframes(
         "smooth",
         r#"{ "time": 0, "location": [0, 0, 0], "yaw": 0 }, { "time": 1, "location": [1, 1, 0], "yaw": 40, "pitch": 10 },
@@ -147,7 +147,7 @@ fn turns_take_the_shorter_way() {
 }
 
 #[test]
-fn targets_are_looked_at_all_the_way() {
+fn cameras_face_their_target_at_all_times() {
     let world = keyframes(
         "linear",
         r#"{ "time": 0, "location": [5, 0, 1], "target": [0, 0, 0] }, { "time": 2, "location": [0, 5, 1], "target": [0, 0, 2] }"#,
@@ -198,7 +198,7 @@ fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
 }
 
 #[test]
-fn what_makes_no_sense_is_said() {
+fn invalid_video_values_are_refused() {
     let fails = |video: &str, expected: &str| {
         let error = world("z", video).expect_err("an error").to_string();
         assert_eq!(error.split(" (there are: ").next(), Some(expected));
@@ -235,7 +235,7 @@ fn what_makes_no_sense_is_said() {
 }
 
 #[test]
-fn every_video_has_a_frame_and_says_when() {
+fn videos_report_the_time_of_every_frame() {
     let world = World::default();
     let video = |fps, seconds| {
         let spec = VideoSpec { fps, seconds: Some(seconds), ..VideoSpec::default() };

@@ -1,4 +1,4 @@
-//! Worlds: what is in them, what may be added, and a camera that sees it all.
+//! Worlds: contents, additions and the default camera.
 
 use crate::common::node;
 use glam::{DAffine3, DMat3, DVec3};
@@ -86,7 +86,7 @@ fn the_default_camera_frames_everything() {
                 let relative = (pixel.x / f64::from(size[0] - 1) - 0.5, pixel.y / f64::from(size[1] - 1) - 0.5);
                 extent = extent.max(relative.0.abs()).max(relative.1.abs());
             }
-            // Something reaches nine tenths of half the picture, and nothing goes beyond it; pixel centres are a
+            // The farthest point reaches 90 % of half the image, and none goes beyond; pixel centres are a
             // little inside its sides.
             let slack = 1.0 / f64::from(size[0].min(size[1]) - 1);
             assert!((extent - 0.45).abs() < 0.01 + slack, "{extent} {size:?} {scale}");
@@ -109,7 +109,7 @@ fn the_first_camera_is_the_default() {
 }
 
 #[test]
-fn counts_are_of_what_there_is() {
+fn counts_match_the_contents() {
     let mut world = one_box();
     world.add_object(Object::new("again", 0, vec![0], DAffine3::IDENTITY)).unwrap();
     let counts = world.stats();

@@ -113,15 +113,14 @@ def dressed(
         return world, settings
     if in_studio:
         floor = not transparent and options.ground is None and truth_of_world
-        world = world._in_studio(camera, ground=floor)
+        world = world.in_studio(camera, ground=floor)
         settings = studio_settings(world.render_settings | settings)
     else:
         world = world.with_cameras({})
     _add_lights(world, options)
     if options.ground is not None:
         world.add_ground(**_ground(options))
-        if world._bare is not None:
-            world._bare = None  # a ground that is asked for is part of the world
+        world = world.copy()  # a requested ground belongs to the ground truth
     if options.hdri is not None:
         own = dict(HDRI_SETTINGS)
         if "noise_threshold" in settings or "time_limit" in settings:

@@ -15,7 +15,7 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./picture.js").Pixel} Pixel */
 /** @typedef {Record<string, any> & { type: string }} Message */
-/** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: Message) => void }} Transport */
+/** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: import("./messages").ClientMessage) => void }} Transport */
 
 const DIVIDER_REACH = 10; // CSS pixels
 const MESSAGE_TIME = 6000; // ms that a notice stays
@@ -122,7 +122,7 @@ export class Client {
     if (!this.channels.includes(name)) return this.say(`There is no channel ${name} here.`, "notice");
     this.channel = name;
     byId("channel", HTMLSelectElement).value = name;
-    this.transport.send({ type: "channel", name });
+    this.transport.send({ type: "channel", name: /** @type {import("./messages").Channel["name"]} */ (name) });
   }
 
   /** @param {number} step */

@@ -32,8 +32,8 @@ export class Gizmo {
 
   /** @param {Point} at */
   drag(at) {
-    const message = { type: "gizmo", handle: this.handle, stroke: this.stroke, begin: this.begin, end: this.place(at) };
-    this.client.transport.send(message);
+    const handle = /** @type {import("./messages").Gizmo["handle"]} */ (this.handle);
+    this.client.transport.send({ type: "gizmo", handle, stroke: this.stroke, begin: this.begin, end: this.place(at) });
   }
 
   /**

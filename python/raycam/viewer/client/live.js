@@ -4,6 +4,7 @@ import { byId, fillSelect } from "./dom.js";
 import { listenToDrops } from "./drop.js";
 import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
+import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
 import { PoseControls } from "./panel/pose.js";
 import { Timeline } from "./panel/timeline.js";
@@ -46,7 +47,8 @@ export class LiveView {
     this.opens = false;
     listenToDrops(client, () => this.opens);
     this.world = new WorldControls(client);
-    this.sequence = 0;
+    this.navigator = new Navigator((message) => client.transport.send(message));
+    this.navigator.onMove = () => this.moved();
     this.way = "orbit";
     this.speed = 1;
     this.fast = false;
@@ -63,10 +65,10 @@ export class LiveView {
     fillSelect(this.integrator, [["direct", "direct"], ["path", "path: all light"]]);
     this.camera.addEventListener("change", () => this.lookThrough(this.camera.value));
     this.integrator.addEventListener("change", () => this.setIntegrator(this.integrator.value));
-    for (const format of ["png", "html", "npz"]) {
+    for (const format of /** @type {const} */ (["png", "html", "npz"])) {
       byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
     }
-    for (const format of ["python", "toml", "command", "opencv", "colmap"]) {
+    for (const format of /** @type {const} */ (["python", "toml", "command", "opencv", "colmap"])) {
       byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
     }
     byId("film", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "film", seconds: 4, degrees: 360 }));
@@ -98,12 +100,11 @@ export class LiveView {
     if (message.type === "welcome") this.opens = Boolean(message.opens);
     if (message.type === "welcome") this.begin(message);
     if (message.type === "selected") this.world.showMaterial(message);
-    if (message.type === "about" || message.type === "welcome") {
-      this.camera.value = message.camera;
-      this.looked = message.camera || this.looked;
-      if (message.lens) this.lens.show(message.lens);
-      if (message.pose) this.pose.show(message.pose);
-    }
+    if (message.type === "welcome") this.navigator.welcome(message.camera);
+    if (message.type === "welcome") this.showCamera(message.camera);
+    if (message.type === "camera") this.navigator.receive(/** @type {any} */ (message));
+    if (message.type === "camera") this.showCamera(message);
+    if (message.type === "answer") this.navigator.answer(/** @type {any} */ (message));
     if (message.type === "picture") this.showStatus(message);
     if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture") this.timeline.next();
@@ -118,6 +119,14 @@ export class LiveView {
       this.awaitPicture(false);
     }
     if (message.type === "closing") this.client.say(message.text, "error");
+  }
+
+  /** @param {any} camera as the message `camera` describes it */
+  showCamera({ name, lens, pose }) {
+    this.camera.value = name;
+    this.looked = name || this.looked;
+    if (lens) this.lens.show(lens);
+    if (pose) this.pose.show(pose);
   }
 
   /**
@@ -184,24 +193,21 @@ export class LiveView {
   }
 
   /**
-   * Says an intent to move.
-   * @param {string} kind
-   * @param {number} [dx]
-   * @param {number} [dy]
-   * @param {number} [dz]
+   * A point of the canvas in pixels of the picture, its middle if no point is given.
    * @param {Point} [at]
+   * @returns {[number, number]}
    */
-  navigate(kind, dx = 0, dy = 0, dz = 0, at = undefined) {
+  pixel(at) {
     const { picture } = this.client;
-    const u = at ? (at.x - picture.left) / picture.zoom : picture.width / 2;
-    const v = at ? (at.y - picture.top) / picture.zoom : picture.height / 2;
-    const limited = [dx, dy, dz, u, v].map((value) => Math.min(Math.max(value || 0, -1e4), 1e4));
-    const [x, y, z, column, row] = limited;
-    this.client.transport.send({ type: "nav", seq: ++this.sequence, kind, dx: x, dy: y, dz: z, u: column, v: row });
-    if (kind !== "pivot") {
-      this.camera.value = "";
-      if (this.client.held) this.client.hold(null);
-    }
+    if (!at) return [picture.width / 2, picture.height / 2];
+    const limited = (/** @type {number} */ value) => Math.min(Math.max(value || 0, -1e4), 1e4);
+    return [limited((at.x - picture.left) / picture.zoom), limited((at.y - picture.top) / picture.zoom)];
+  }
+
+  /** After each move: the camera is a free one, and the held pixel shows another point. */
+  moved() {
+    this.camera.value = "";
+    if (this.client.held) this.client.hold(null);
   }
 
   /** @param {string} name */
@@ -214,7 +220,7 @@ export class LiveView {
   /** @param {string} name */
   setIntegrator(name) {
     this.integrator.value = name;
-    this.client.transport.send({ type: "quality", integrator: name });
+    this.client.transport.send({ type: "quality", integrator: name === "path" ? "path" : "direct" });
   }
 
   /** @param {number} step */
@@ -241,11 +247,19 @@ export class LiveView {
     const steps = [0, 0, 0];
     const pace = FLY_STEP * this.speed * (this.fast ? FAST : 1);
     for (const code of this.down) FLY_KEYS[code].forEach((step, axis) => (steps[axis] += step * pace));
-    if (this.down.size) this.navigate(this.way === "walk" ? "walk" : "move", ...steps);
+    const [right, upwards, forward] = steps;
+    if (this.down.size && this.way === "walk") this.navigator.walk(right, upwards, forward);
+    else if (this.down.size) this.navigator.fly(right, upwards, forward);
     else {
       clearInterval(this.flying);
       this.flying = 0;
     }
+  }
+
+  /** Orbits, or looks around while flying and walking. @param {number} dx pixels @param {number} dy */
+  turn(dx, dy) {
+    if (this.way === "orbit") this.navigator.orbit(dx, dy);
+    else this.navigator.look(dx, dy);
   }
 
   /** @returns {Record<string, (...words: string[]) => void>} */
@@ -255,19 +269,16 @@ export class LiveView {
       fit: () => {
         const { held, picture } = client;
         picture.fit();
-        if (!held) return this.navigate("fit");
-        // The middle of the pixel, as the picture lies now.
-        const middle = [held.column + 0.5, held.row + 0.5];
-        const [x, y] = [picture.left + middle[0] * picture.zoom, picture.top + middle[1] * picture.zoom];
-        this.navigate("frame", 0, 0, 0, { x, y });
+        if (held) this.navigator.frame(held.column + 0.5, held.row + 0.5);
+        else this.navigator.fit();
       },
       home: () => {
         client.picture.fit();
-        this.navigate("home");
+        this.navigator.home();
       },
       step: (dx, dy) => {
         const { held, picture } = client;
-        if (!held) return this.navigate(this.way === "orbit" ? "orbit" : "look", ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
+        if (!held) return this.turn(ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
       },
@@ -277,8 +288,8 @@ export class LiveView {
         else if (this.cameras.includes(this.looked)) this.lookThrough(this.looked);
         else this.stepCamera(1);
       },
-      pan: (dx, dy) => this.navigate("pan", -PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy)),
-      nearer: (steps) => this.navigate("dolly", 0, 0, Number(steps)),
+      pan: (dx, dy) => this.navigator.pan(-PAN_PIXELS * Number(dx), -PAN_PIXELS * Number(dy)),
+      nearer: (steps) => this.navigator.dolly(Number(steps), ...this.pixel()),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
@@ -299,24 +310,23 @@ export class LiveView {
     return {
       grabs: (at) => this.gizmo.grab(at) || client.grabsDivider(at),
       dragGrabbed: (at) => (this.gizmo.handle ? this.gizmo.drag(at) : client.divideAt(at)),
-      drag: (at, dx, dy, pans) => {
-        const kind = pans ? "pan" : this.way === "orbit" ? "orbit" : "look";
-        const scale = kind === "pan" ? 1 / picture.zoom : 1;
-        this.navigate(kind, dx * scale, dy * scale, 0, at);
+      drag: (_, dx, dy, pans) => {
+        if (pans) this.navigator.pan(dx / picture.zoom, dy / picture.zoom);
+        else this.turn(dx, dy);
       },
       wheel: (at, steps, magnifies) => {
         if (magnifies) picture.zoomAt(1.25 ** steps, at.x, at.y);
-        else if (this.way === "orbit") this.navigate("dolly", 0, 0, steps, at);
+        else if (this.way === "orbit") this.navigator.dolly(steps, ...this.pixel(at));
         else {
           this.speed = Math.min(Math.max(this.speed * SPEED_NOTCH ** steps, SLOWEST), FASTEST);
           client.say(`Speed: ${this.speed.toPrecision(2)} times.`, "notice");
         }
       },
       pinch: (at, factor, dx, dy) => {
-        this.navigate("dolly", 0, 0, Math.log(factor) / Math.log(1.15), at);
-        this.navigate("pan", dx / picture.zoom, dy / picture.zoom, 0, at);
+        this.navigator.dolly(Math.log(factor) / Math.log(DOLLY_STEP), ...this.pixel(at));
+        this.navigator.pan(dx / picture.zoom, dy / picture.zoom);
       },
-      doubleClick: (at) => this.navigate("pivot", 0, 0, 0, at),
+      doubleClick: (at) => this.navigator.setPivot(...this.pixel(at)),
     };
   }
 }

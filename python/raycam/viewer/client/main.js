@@ -21,7 +21,7 @@ function openLive(transport) {
   const live = new LiveView(client);
   transport.size = () => live.size();
   client.onMessage = (message) => live.receive(message);
-  client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view });
+  client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view: /** @type {import("./messages").Display["view"]} */ (view) });
   bindCommands(client, { commands: live.commands(), pointers: live.pointers(), mouse: LIVE_MOUSE });
   client.open();
   if (!(transport instanceof WorkerTransport)) return;

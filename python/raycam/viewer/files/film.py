@@ -13,12 +13,12 @@ import numpy as np
 from ...errors import Cancelled, SettingsError
 from ...render import render
 from ...video.files import has_av, open_video
-from ..scene.navigation import turned_around
+from ..scene.rotation import turned_around
 
 if TYPE_CHECKING:
     from ...camera import Camera
     from ...world import World
-    from ..session import Session
+    from ..session import Session, View
 
 __all__ = ["filmed"]
 
@@ -39,55 +39,47 @@ def filmed(
     where nothing moves, `Cancelled` where the client has left or stops it.
     """
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
-    if degrees == 0 and session.seconds == 0:
-        raise SettingsError("nothing moves in this world: a film of it needs a turn")
+    view = session.view
+    if degrees == 0 and view.seconds == 0:
+        raise SettingsError("nothing moves in this world: a video of it needs a turn")
     if degrees == 0:
-        seconds = min(seconds, session.seconds)
-    with session.lock:
-        camera, view, exposure, integrator = (
-            session.given,
-            session.view,
-            session.exposure,
-            session.integrator,
-        )
-    width, height = camera.size
+        seconds = min(seconds, view.seconds)
+    width, height = view.camera.size
     scale = min(LARGEST[0] / width, LARGEST[1] / height, 1.0)
     size = max(2, round(width * scale) // 2 * 2), max(2, round(height * scale) // 2 * 2)
     count = max(2, round(seconds * FPS[ending]))
-    shots = _turn(session, degrees, count) if degrees else _movement(session, FPS[ending])
-    session.film_stop.clear()
+    shots = _turn(view, degrees, count) if degrees else _movement(view, FPS[ending])
+    session.connection.film_stop.clear()
     tell(0, count)
     told = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="raycam-film-") as folder:
         path = Path(folder) / f"film{ending}"
         with open_video(path, size, FPS[ending], lossless=False, alpha=False, audio=None) as add:
             for i in range(count):
-                if session.send is None or session.film_stop.is_set():
+                if not session.connection.is_open or session.connection.film_stop.is_set():
                     raise Cancelled("the film was stopped")
                 world, seen = shots(i)
                 frame = render(
                     world,
                     seen.resized(size),
-                    integrator="path" if integrator == "path" else "direct",
+                    integrator=view.integrator,
                     samples=SAMPLES,
                     channels=["color"],
                     frame=i,
-                    threads=session.threads,
+                    threads=session.images.threads,
                 )
-                add(i, frame.to_srgb8(exposure, view))
+                add(i, frame.to_srgb8(view.exposure, view.transform))
                 if time.monotonic() - told > TELL:
                     told = time.monotonic()
                     tell(i + 1, count)
         return ending, media, path.read_bytes()
 
 
-def _turn(session: Session, degrees: float, count: int) -> Shots:
-    """The pictures of a turn around the pivot."""
-    with session.lock:
-        world, camera, pivot = session.world, session.given, session.pivot
-    return lambda i: (world, turned_around(camera, pivot, np.radians(degrees * i / count)))
+def _turn(view: View, degrees: float, count: int) -> Shots:
+    """The images of a turn around the pivot."""
+    return lambda i: (view.world, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
 
 
-def _movement(session: Session, fps: float) -> Shots:
-    """The pictures of the world as it moves."""
-    return lambda i: session.moment(min(i / fps, session.seconds))
+def _movement(view: View, fps: float) -> Shots:
+    """The images of the world as it moves."""
+    return lambda i: view.moment(min(i / fps, view.seconds))

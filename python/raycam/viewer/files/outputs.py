@@ -24,51 +24,51 @@ MEDIA = {
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     """Name, media type and bytes of the picture that rests. Raises `SettingsError` where none does yet."""
-    if format == "glb":
-        data, notices = world_to_gltf(session.base._core)
-        for notice in notices:
-            session.send_message({"type": "notice", "text": str(notice)})
-        return f"{_stem(session.title)}.glb", MEDIA[format], data
-    if format == "toml":
-        text = world_file(session.source, session.edits.opened, session.base, session.given)
-        return f"{_stem(session.title)}_changed.toml", MEDIA[format], text.encode()
     with session.lock:
-        still, camera, exposure, view = session.still, session.camera, session.exposure, session.view
-        world, integrator = session.world, session.integrator
+        view, still = session.view, session.images.still
+    title = view.opened.title
+    if format == "glb":
+        data, notices = world_to_gltf(view.base._core)
+        for notice in notices:
+            session.notify(str(notice))
+        return f"{_stem(title)}.glb", MEDIA[format], data
+    if format == "toml":
+        text = world_file(view.opened.source, view.opened.edits.opened, view.base, view.camera)
+        return f"{_stem(title)}_changed.toml", MEDIA[format], text.encode()
     if still is None:
         raise SettingsError("the picture has no samples yet: try again when it rests")
     channels = dict(still)
     if format != "png":
-        channels |= dict(truth(world, camera))
+        channels |= dict(truth(view.world, view.still_camera))
     frame = Frame(
         channels,
-        camera=camera,
+        camera=view.still_camera,
         size=still.size,
-        exposure=exposure,
-        view=view,
-        notices=[*still.notices, Notice(f"light: {integrator}", "preview_light")],
+        exposure=view.exposure,
+        view=view.transform,
+        notices=[*still.notices, Notice(f"light: {view.integrator}", "preview_light")],
     )
     if format == "png":
         data = frame.to_png()
     elif format == "npz":
         data = frame._npz()
     else:
-        data = page(frame, world=world, title=session.title).encode()
-    return f"{_stem(session.title)}.{format}", MEDIA[format], data
+        data = page(frame, world=view.world, title=title).encode()
+    return f"{_stem(title)}.{format}", MEDIA[format], data
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
     """Name, media type and bytes of a film that turns around the pivot; of 0 degrees, of the world's movement."""
 
     def report(done: int, total: int) -> None:
-        session.send_message({"type": "filming", "done": done, "total": total})
+        session.connection.send({"type": "filming", "done": done, "total": total})
 
     try:
         ending, media, data = filmed(session, seconds, degrees, report)
     finally:
         report(0, 0)
     kind = "turntable" if degrees else "animation"
-    return f"{_stem(session.title)}_{kind}{ending}", media, data
+    return f"{_stem(session.view.opened.title)}_{kind}{ending}", media, data
 
 
 def _stem(title: str) -> str:

@@ -14,8 +14,8 @@ from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
 from .contents import matrix_of_object
-from .navigation import rotation_about
 from .overlay import AXES, polylines
+from .rotation import rotation_about
 
 __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
 

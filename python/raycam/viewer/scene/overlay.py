@@ -12,10 +12,10 @@ from ...arguments import Floats
 from ...camera import Camera
 from ...errors import Error
 
-__all__ = ["MOST_CAMERAS", "frusta", "grid", "polylines"]
+__all__ = ["MAX_CAMERAS", "frusta", "grid", "polylines"]
 
-MOST_CAMERAS = 100
-"""The cameras that are drawn."""
+MAX_CAMERAS = 100
+"""The largest number of cameras that are drawn."""
 CELLS = 10
 """The cells of a side of the grid, about."""
 PIECES_OF_CELL = 4
@@ -33,7 +33,7 @@ def frusta(
 ) -> list[dict[str, Any]]:
     """Name and lines in pixels of each camera's view up to `length` metres, as the camera `seen` sees them."""
     made = []
-    for name, camera in list(cameras.items())[:MOST_CAMERAS]:
+    for name, camera in list(cameras.items())[:MAX_CAMERAS]:
         if name == hidden:
             continue
         try:

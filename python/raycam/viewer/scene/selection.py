@@ -9,6 +9,7 @@ import numpy as np
 from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
+from ..client_messages import Gizmo
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .edits import Edits, material
 from .gizmo import dragged, handles, middle_of
@@ -55,16 +56,16 @@ class Selection:
             return []
         return handles(matrix_of_object(world, self.number), self._middle(), camera, self.tool)
 
-    def drag(self, camera: Camera, said: dict[str, Any], session: str) -> None:
-        """Moves, turns or scales the object as the message `gizmo` says. Raises `WorldError`."""
+    def drag(self, camera: Camera, message: Gizmo, session: str) -> None:
+        """Moves, turns or scales the object as a drag of a handle requires. Raises `WorldError`."""
         if self.tool == "none" or not self.is_there():
             return
-        stroke = (session, said["stroke"])
+        stroke = (session, message.stroke)
         if stroke != self._stroke[0]:
             self._stroke = (stroke, matrix_of_object(self.world, self.number))
         before = self._stroke[1]
-        begin, end = (np.array(said[name], np.float64) for name in ("begin", "end"))
-        after = dragged(before, self._middle(), camera, self.tool, said["handle"], begin, end)
+        begin, end = (np.array(place, np.float64) for place in (message.begin, message.end))
+        after = dragged(before, self._middle(), camera, self.tool, message.handle, begin, end)
         if np.isfinite(after).all() and abs(np.linalg.det(after[:3, :3])) > 0:
             self._edits.place_object(self.number, after, stroke)
 

@@ -1,8 +1,8 @@
 //! A float64 ray on its way through float32 trees, and the error bounds of the latter.
 //!
-//! Every float32 quantity on the way (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by it,
-//! so that no float64 hit is missed. Hits are computed from [`ExactTriangles::corners`] alone. A ray that starts far away is
-//! first clipped, in float64, to the bounds of the scene: the error bound counts from there.
+//! Every float32 quantity on the way (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by
+//! it, so that no float64 hit is missed. Hits are computed from [`ExactTriangles::corners`] alone. A ray that starts
+//! far away is first clipped, in float64, to the bounds of the scene: the error bound counts from there.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::NodeRef;

@@ -1,5 +1,5 @@
-//! All crossings of single rays within their range of t: float32 boxes find the candidates, exact signs of the moved ray
-//! decide (see [`crate::exact::predicates::RayPredicates::moved_edge_sign`]).
+//! All crossings of single rays within their range of t: float32 boxes find the candidates, exact signs of the moved
+//! ray decide (see [`crate::exact::predicates::RayPredicates::moved_edge_sign`]).
 
 use crate::ray::{ExactHit, ExactRay, HitFilter};
 use crate::scene::{ExactTriangles, Scene};

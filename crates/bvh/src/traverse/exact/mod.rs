@@ -1,4 +1,4 @@
-//! Closest hits and crossings in float64. Boxes are those of float32, padded; uses all other folders of the traversal.
+//! Closest hits and crossings in float64, with padded float32 boxes. Uses all other folders of the traversal.
 
 pub(crate) mod clipped_ray;
 pub(crate) mod crossings;

@@ -114,7 +114,7 @@ struct ExactQuery<'a> {
 }
 
 impl PacketQuery for ExactQuery<'_> {
-    /// Boxes are padded by a fraction of the distance of the rays plus the size of the tree, hence of that size at
+    /// Boxes are padded by a fraction of the distance of the rays plus the size of the tree, therefore of that size at
     /// least.
     #[inline(always)]
     fn make_packet<I: Isa>(&self, rays: &[Ray], record: Option<&InstanceRecord>, packet: &mut Packet) -> bool {

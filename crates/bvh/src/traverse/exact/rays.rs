@@ -250,7 +250,8 @@ impl RaySoa64 {
         true
     }
 
-    /// Intersects many rays with a triangle; hits are those of [`RaySoa64::intersect_one`]. True if any hit is closer.
+    /// Intersects many rays with a triangle; hits equal those of [`RaySoa64::intersect_one`]. True if any hit is
+    /// closer.
     #[inline(always)]
     pub fn intersect_many(
         &mut self,
@@ -342,7 +343,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_become_bits() {
+    fn byte_masks_become_bit_masks() {
         for mask in [0, 1, 0x80, u64::MAX, 0x0123_4567_89ab_cdef, 1 << 63, 0xa5a5_5a5a_0f0f_f00f] {
             let bytes = std::array::from_fn(|i| (mask >> i & 1) as u8);
             assert_eq!(bits(&bytes), mask);

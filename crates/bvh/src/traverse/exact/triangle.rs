@@ -1,17 +1,17 @@
-//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with a bound
-//! of their error decide; where they do not, the exact signs of [`crate::exact::predicates`] do.
+//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with a
+//! bound of their error decide; where they do not, the exact signs of [`crate::exact::predicates`] do.
 
 use crate::exact::predicates::RayPredicates;
 use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin: sheared
-/// coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
+/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin:
+/// sheared coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
 pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
 
-/// The same for corners near the ray, as a fraction of the largest coordinate times the sum of all sheared ones, and the
-/// product of two errors.
+/// The same for corners near the ray, as a fraction of the largest coordinate times the sum of all sheared ones, and
+/// the product of two errors.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
@@ -111,7 +111,8 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
-    /// A corner sheared so that the ray is the axis `z`, with its t along it; and its largest coordinate from the origin.
+    /// A corner sheared so that the ray is the axis `z`, with its t along it; and its largest coordinate from the
+    /// origin.
     #[inline(always)]
     fn sheared(&self, p: [f64; 3], z: usize) -> ([f64; 3], f64) {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
@@ -145,7 +146,8 @@ impl ShearedRay {
         (side != 0).then(|| self.intersect_plane(&edges, corners, side))
     }
 
-    /// The crossing of the line, moved by an infinitesimal vector, with a triangle: see [`RayPredicates::crossing_side`].
+    /// The crossing of the line, moved by an infinitesimal vector, with a triangle: see
+    /// [`RayPredicates::crossing_side`].
     #[inline(always)]
     pub fn cross(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
@@ -212,8 +214,8 @@ impl ShearedRay {
         start == 0 || start == side
     }
 
-    /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle). Both t
-    /// are computed precisely where float64 does not tell; what is kept of a hit is a function of ray and triangle alone.
+    /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle).
+    /// Both t are computed precisely if float64 is undecided; a hit depends on the ray and the triangle alone.
     #[inline(always)]
     pub fn precedes(
         &self,

@@ -24,7 +24,8 @@ impl Frustum {
         let mut enter = I::F32x8::splat(0.0);
         let mut leave = I::F32x8::splat(t_max);
         for axis in 0..3 {
-            // SAFETY: `near_rows` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an axis.
+            // SAFETY: `near_rows` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an
+            // axis.
             let (first, last) = unsafe {
                 let row = self.near_rows[axis];
                 (

@@ -1,4 +1,4 @@
-//! Makes rays a packet: one pass over them in SoA, whose extremes then say whether the rays are coherent.
+//! Builds a packet: one pass over the rays in SoA, whose extremes decide whether the rays are coherent.
 
 use crate::aabb::Aabb;
 use crate::limits::{MACHINE_EPSILON, MAX_COORD};
@@ -34,8 +34,8 @@ struct LaneTotals<V: Vector> {
 }
 
 impl Packet {
-    /// Sets up at most 64 rays against a tree; false if they are not coherent, or if one of them is not finite or parallel
-    /// to an axis. Slabs get `pad` of the largest coordinate of ray and tree as additional padding.
+    /// Sets up at most 64 rays against a tree; false if they are not coherent, or if one of them is not finite or
+    /// parallel to an axis. Slabs get `pad` of the largest coordinate of ray and tree as additional padding.
     #[inline(always)]
     pub fn setup<I: Isa>(&mut self, rays: &[Ray], bounds: &Aabb, pad: f32, apex: Apex) -> bool {
         let n = rays.len();

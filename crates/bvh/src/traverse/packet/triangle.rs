@@ -1,10 +1,10 @@
-//! The watertight ray-triangle test for packets (S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle Intersection",
-//! JCGT 2013), one triangle per ray.
+//! The watertight ray-triangle test for packets (S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle
+//! Intersection", JCGT 2013), one triangle per ray.
 //!
-//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each is a
-//! difference of two rounded products, never fused. Two triangles that share an edge compute the same value with opposite
-//! sign, so no ray passes between them; where a value is 0, float64 decides exactly. Front and back faces are hit, and
-//! edges are inside.
+//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each is
+//! a difference of two rounded products, never fused. Two triangles that share an edge compute the same value with
+//! opposite sign, so no ray passes between them; where a value is 0, float64 decides exactly. Front and back faces are
+//! hit, and edges are inside.
 //!
 //! The test has two stages: edge functions, of one ray and sixteen triangles
 //! ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and sixteen rays
@@ -109,8 +109,8 @@ fn gather_triangles<I: Isa>(leaf: &LeafNode, axes: [usize; 3], triangle: I::RayV
     ]
 }
 
-/// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`]. Corners
-/// along the main axis, which come last, are relative to the origins.
+/// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`].
+/// Corners along the main axis, which come last, are relative to the origins.
 #[inline(always)]
 fn slab_interval<I: Isa>(
     packet: &Packet,
@@ -130,7 +130,8 @@ fn slab_interval<I: Isa>(
     (ex.max(ey).max(ez), lx.min(ly).min(lz))
 }
 
-/// Replaces the edge functions of the lanes `unsure`, one of which is 0, by float64's; returns the lanes of `hit` that stay.
+/// Replaces the edge functions of the lanes `unsure`, one of which is 0, by float64's; returns the lanes of `hit` that
+/// stay.
 #[inline(always)]
 fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3], unsure: u32, hit: u32) -> u32 {
     let mut edge_lanes = [[0.0; 16]; 3];

@@ -41,7 +41,8 @@ impl Sphere {
         Sphere { center, error, radius: f32::MAX, condition }
     }
 
-    /// The greatest squared float32 distance of a box that may be near. Finite: unused children are infinitely far away.
+    /// The greatest squared float32 distance of a box that may be near. Finite: unused children are infinitely far
+    /// away.
     #[inline(always)]
     pub fn squared_limit(&self) -> f32 {
         let radius = self.radius + 4.0 * self.error;
@@ -69,7 +70,8 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
     gap.mul(gap)
 }
 
-/// Bit i: triangle i of the leaf may be near. Unless a filter may refuse the nearest, none is that is surely farther than it.
+/// Bit i: triangle i of the leaf may be near. Unless a filter may refuse the nearest, none is that is surely farther
+/// than it.
 #[inline(always)]
 pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: bool) -> u32 {
     // Without closures, whose code would lack the instruction set.
@@ -123,7 +125,8 @@ fn sub<I: Isa>(a: Triple<I::F32x16>, b: Triple<I::F32x16>) -> Triple<I::F32x16> 
     [a[0].sub(b[0]), a[1].sub(b[1]), a[2].sub(b[2])]
 }
 
-/// The squared distances from the origin to triangles, and one over the squared sines of the angles at the first corners.
+/// The squared distances from the origin to triangles, and one over the squared sines of the angles at the first
+/// corners.
 #[inline(always)]
 fn triangle_distances<I: Isa>(
     a: Triple<I::F32x16>,

@@ -23,8 +23,8 @@ pub struct RayTask {
     pub instance: u32,
 }
 
-/// A ray in flight: its position in the trees and its hit. With `ANY_HIT`, only the presence of an instance in the hit is
-/// valid.
+/// A ray in flight: its position in the trees and its hit. With `ANY_HIT`, only the presence of an instance in the hit
+/// is valid.
 #[repr(C, align(64))]
 pub struct RayState<'a, const ANY_HIT: bool> {
     /// The ray in the coordinates of the current tree.
@@ -244,8 +244,8 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
         prefetch_block::<I>(self.blocks, self.node);
     }
 
-    /// Tests the edges of the triangles, branch-free, since candidates are unpredictable; without one, pops the next node.
-    /// Any hit is found in one step: most rays end here too early for two to pay.
+    /// Tests the edges of the triangles, branch-free, since candidates are unpredictable; without one, pops the next
+    /// node. Any hit is found in one step: most rays end too early for two steps to be faster.
     #[inline(always)]
     fn step_leaf<I: Isa>(&mut self) -> bool {
         let leaf = leaf(self.blocks, self.node);

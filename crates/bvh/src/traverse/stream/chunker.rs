@@ -119,7 +119,7 @@ impl<'a> RayChunk<'a> {
         room.all().0
     }
 
-    /// Makes rays a packet; false if it would not pay. Parallel rays with distant origins share their octant, but no
+    /// Builds a packet; false if it would be slower. Parallel rays with distant origins share their octant, but no
     /// boxes.
     #[inline(always)]
     pub fn make_packet<I: Isa>(
@@ -177,8 +177,8 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// Advances to the next chunk; false at the end. May queue single rays, and takes those of `apart` for the octant
-    /// sort.
+    /// Advances to the next chunk; false at the end. May queue single rays, and appends rays to `incoherent` for the
+    /// octant sort.
     #[inline(always)]
     pub fn advance<I: Isa>(&mut self, singles: &mut SingleRayQueue, incoherent: &mut Vec<u32>) -> bool {
         loop {

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn every_ray_is_taken_or_goes_on_alone_once() {
+    fn rays_are_traced_once_in_a_packet_or_alone() {
         let rays = rays(1500);
         let ray_ids: Vec<u32> = (0..1500).step_by(2).collect();
         let skip = Backoff::default();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_that_do_not_pay_are_not_made_again_soon() {
+    fn unsuccessful_packets_are_not_retried_immediately() {
         let rays = rays(1000);
         let ray_ids: Vec<u32> = (0..1000).collect();
         let packets = |sorter: &mut OctantSorter, visits| {

@@ -129,7 +129,7 @@ impl OctantGroups {
         self.is_whole = false;
     }
 
-    /// The lanes of the next group, and whether a packet of them may pay.
+    /// The lanes of the next group, and whether a packet of them may be faster.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(u64, bool)> {
         if self.remaining == 0 {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn every_ray_is_in_one_group_with_its_like() {
+    fn rays_are_grouped_once_with_similar_rays() {
         let kinds = [[1.0, 0.5, 0.25], [1.0, -0.5, 0.25], [0.5, 1.0, 0.25]];
         let mut rays: Vec<Ray> = (0..PACKET_SIZE).map(|i| ray(kinds[i * i % 3])).collect();
         rays[5] = ray([1.0, 0.0, 0.25]);

@@ -11,7 +11,7 @@ use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE
 /// Rays per trial.
 pub const TRIAL_RAYS: usize = 512;
 
-/// Culling pays if one ray in this many is removed.
+/// Culling is faster if it removes one ray in this many.
 const MIN_CULL_RATE: usize = 12;
 
 /// The AABBs of the root's children.
@@ -172,7 +172,7 @@ mod tests {
         Scene::build((0..copies).map(place).collect(), [0.0; 3]).unwrap()
     }
 
-    /// Rays between places around the scene, every other one to a corner of a box at the root, or what is next to it.
+    /// Random rays across the scene; every other one is aimed at, or one ulp next to, a corner of a root box.
     fn rays(root: &WideNode, count: usize) -> Vec<Ray> {
         let random = |i: usize| ((i as f32 * 78.233).sin() * 43_758.547).fract();
         let ray = |i: usize| {
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn no_ray_is_turned_away_that_enters_a_box() {
+    fn rays_entering_a_box_are_never_culled() {
         for copies in [1, 3] {
             let scene = scene(copies);
             let cull = RootCull::new(&scene);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_rays_stay() {
+    fn unusual_rays_are_not_culled() {
         let scene = scene(1);
         let cull = RootCull::new(&scene);
         let away = Ray { origin: [0.0, 20.0, 0.0], direction: [1.0, 1.0, 2.0], t_max: 1.0 };
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn those_that_stay_keep_their_order() {
+    fn culling_keeps_the_order_of_rays() {
         let scene = scene(1);
         let cull = RootCull::new(&scene);
         let root = cull.root.unwrap();

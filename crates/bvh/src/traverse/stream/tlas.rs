@@ -13,7 +13,7 @@ use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices,
 
 /// A query over packets. Rays are identified by their index in the chunk, lanes by `indices`.
 pub trait PacketQuery {
-    /// Makes rays a packet in scaled scene coordinates or in those of an instance; false if it would not pay.
+    /// Builds a packet in scaled scene or instance coordinates; false if it would be slower.
     fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool;
 
     /// A ray in instance coordinates, clipped at its closest hit.

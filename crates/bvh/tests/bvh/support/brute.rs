@@ -1,10 +1,10 @@
 //! Every ray against every triangle in float64, in Plücker coordinates: an independent judge of the kernels' answers.
 //!
 //! A ray passes an edge on one side or the other by the sign of a volume, which has a length: how far from the edge.
-//! Float32 cannot tell hits within the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's origin
-//! to the triangle; on either side of its plane, as many times that as it is longer than wide, for t comes from the
-//! volumes and they from the width. An answer must be a triangle that is met within the band, and nothing that is met
-//! outside of it may be nearer. No other answer is right.
+//! Float32 cannot tell hits within the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's
+//! origin to the triangle; on either side of its plane, as many times that as it is longer than wide, for t comes from
+//! the volumes and they from the width. An answer must be a triangle that is met within the band, and nothing that is
+//! met outside of it may be nearer. No other answer is right.
 #![allow(clippy::needless_range_loop)]
 
 use std::sync::Arc;
@@ -252,7 +252,8 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
     Brute::new(format!("{number} ({kind})"), vertices, triangles)
 }
 
-/// A ray at a mesh: from around it, from afar, from a surface; at a triangle, at a corner, along an axis; of any length.
+/// A ray at a mesh: from around it, from afar, from a surface; at a triangle, at a corner, along an axis; of any
+/// length.
 fn aim(mesh: &Brute, rng: &mut Rng) -> Ray {
     let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
     let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
@@ -294,7 +295,7 @@ pub struct Tally {
     pub ties: u64,
     /// Float64 rays whose crossings were counted, none of them within the band.
     pub counted: u64,
-    /// Points whose closest point was asked for.
+    /// Query points.
     pub points: u64,
     pub faults: Vec<String>,
 }
@@ -313,7 +314,7 @@ impl Tally {
 
 const BATCH: usize = 512;
 
-/// Rays of a batch that are asked in float64 as well.
+/// Rays per batch that are also traced in float64.
 const EXACT_BATCH: usize = BATCH / 8;
 
 /// Answers in float64 to the first rays of a batch, and to their origins as points.
@@ -367,8 +368,8 @@ impl ExactAnswers {
     }
 }
 
-/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64 with its crossings and the point closest
-/// to its origin, judged by brute force.
+/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64 with its crossings and the point
+/// closest to its origin, judged by brute force.
 pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
     let mut rng = Rng(seed * 2 + 1);
     let mut tally = Tally::default();

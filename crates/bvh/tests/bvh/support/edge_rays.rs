@@ -195,7 +195,7 @@ impl Closed {
     }
 }
 
-/// Rays that are asked together.
+/// Rays traced together.
 pub const BATCH: usize = 1024;
 
 impl ExactTriangles for Closed {

@@ -5,14 +5,14 @@ use glam::Vec3;
 use crate::bsdf::BsdfEval;
 use crate::bsdf::batch::{ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, LaneContext, LaneRandoms};
 use crate::bsdf::diffuse::{Diffuse, lambert};
-use crate::guiding::cones::{GuidingCones, mixture_weight};
+use crate::lobes::cone_mixture::{ConeMixture, mixture_weight};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
 /// Albedos, and the directions that sampling returns.
 #[derive(Debug, Default)]
 pub(crate) struct DiffuseModel {
     pub albedo: Vec3xN<f32, LANES>,
-    pub guiding: GuidingCones<LANES>,
+    pub guiding: ConeMixture<LANES>,
     /// Drawn by [`crate::bsdf::diffuse::SampleCosineHemisphere`] or by guiding, for every lane of any model.
     pub directions: Vec3xN<f32, LANES>,
 }

@@ -23,7 +23,8 @@ pub(crate) struct GlossyModel {
     is_conductor: [bool; LANES],
     any_conductor: bool,
     alpha: [f32; LANES],
-    /// Reflectance of the interface, and that by which the interface dims the base. Conductors have their tint for both.
+    /// Reflectance of the interface, and that by which the interface dims the base. Conductors have their tint for
+    /// both.
     f0_f90: F0F90Lanes,
     base_f0_f90: F0F90Lanes,
     /// Albedo of the base.

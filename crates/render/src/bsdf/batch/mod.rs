@@ -1,8 +1,9 @@
 //! BSDFs of [`LANES`] points at a time, field by field.
 //!
 //! A model is the parameters of its lanes and three pure functions: view terms, sampling, evaluation. Their loops over
-//! lanes call the same formulas of `lobes` and `bsdf` as the BSDF of one point, select instead of branching, and compile to
-//! vector code. Every lane has the bits that [`crate::bsdf::layered::LayeredBsdf`] would have; a test compares them.
+//! lanes call the same formulas of `lobes` and `bsdf` as the BSDF of one point, select instead of branching, and
+//! compile to vector code. Every lane has the bits that [`crate::bsdf::layered::LayeredBsdf`] would have; a test
+//! compares them.
 
 pub(crate) mod clearcoat;
 pub(crate) mod diffuse;

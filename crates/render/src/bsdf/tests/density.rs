@@ -124,7 +124,7 @@ fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
 }
 
 #[test]
-fn samples_are_as_dense_as_their_density_says() {
+fn bsdf_samples_follow_their_density() {
     let cases = || {
         let (lossless, lossy) = all();
         let all: Vec<_> = lossless.into_iter().chain(lossy).collect();

@@ -9,9 +9,6 @@ use crate::bsdf::BsdfModel;
 use crate::bsdf::batch::diffuse::DiffuseModel;
 use crate::bsdf::batch::{BsdfBatch, LaneContext, LaneRandoms};
 use crate::control::Control;
-use crate::guiding::Caustics;
-use crate::guiding::caustic_casters::CausticCaster;
-use crate::guiding::sample_cones::SampleGuided;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, set_lane, set_triangle};
@@ -31,7 +28,8 @@ fn ball() -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-/// Hits of a ball by rays along [`unit`] of `first` and on, and their diffuse batch, of which every second one is guided.
+/// Hits of a ball by rays along [`unit`] of `first` and on, and their diffuse batch, of which every second one is
+/// guided.
 pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBatch<DiffuseModel>) {
     let world = ball();
     let mut interactions = SurfaceInteractions::<LANES>::default();
@@ -51,23 +49,20 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
     }
     dispatch_simd(&mut interactions);
     if first.is_multiple_of(2 * LANES) {
-        let casters = [DVec3::X, DVec3::Y].map(|center| CausticCaster {
-            instance: 0,
-            center: 2.0 * center,
-            radius: 0.7,
-            is_rough: false,
-            weight: 1.0,
-        });
-        let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
-        dispatch_simd(SampleGuided {
-            caustics: &Caustics { casters: casters.into(), ..Caustics::default() },
-            gaps: &[],
-            interactions: &interactions,
-            active: &[true; LANES],
-            random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),
-            cones: &mut batch.model.guiding,
-            out: &mut batch.model.directions,
-        });
+        let (cones, normals) = (&mut batch.model.guiding, interactions.shading_normals());
+        cones.count = 2;
+        for (k, center) in [DVec3::X, DVec3::Y].into_iter().enumerate() {
+            let mut directions = [[0.0; LANES]; 3];
+            for lane in 0..LANES {
+                let direction = (2.0 * center - interactions.position(lane)).as_vec3();
+                set_lane(&mut directions, lane, direction.to_array());
+            }
+            cones.set_cones(k, (&directions, &[0.7; LANES]), normals, 16.0, 1.0);
+        }
+        cones.cosine_weight = [1.0; LANES];
+        cones.limit_weights(0..2, &[0.2; LANES]);
+        let random: [f32; LANES] = std::array::from_fn(|lane| unit(lane + first).x.abs());
+        cones.sample(normals, &[random; 2], &mut batch.model.directions);
     }
     (interactions, batch)
 }

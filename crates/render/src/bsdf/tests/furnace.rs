@@ -18,7 +18,7 @@ fn furnace(scatter: &Bsdf, frame: &ShadingFrame, samples: u32) -> Vec3 {
 }
 
 #[test]
-fn a_white_furnace_shows_what_is_lost() {
+fn white_furnace_losses_match_the_documented_bounds() {
     let (lossless, lossy) = all();
     let mut worst = vec![];
     for degrees in [0.0f32, 30.0, 60.0, 80.0, 86.0, 88.0, 89.0] {
@@ -57,7 +57,7 @@ fn a_white_furnace_shows_what_is_lost() {
 
 /// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
-fn the_page_says_what_is_lost() {
+fn documented_losses_equal_the_measured_ones() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/light-and-material.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (_, lossy) = all();
@@ -83,7 +83,7 @@ fn the_page_says_what_is_lost() {
 
 /// A lobe without a probability is found by light sampling and lost to BSDF samples.
 #[test]
-fn sampling_finds_all_that_evaluation_knows() {
+fn sample_weights_integrate_to_the_albedo() {
     let (lossless, _) = all();
     for degrees in [30.0f32, 60.0, 80.0] {
         let frame = frame(degrees, 0.3);

@@ -7,7 +7,7 @@ use crate::bsdf::dielectric;
 use crate::bsdf::tests::*;
 
 #[test]
-fn light_may_go_both_ways() {
+fn bsdf_values_are_reciprocal() {
     let (lossless, lossy) = all();
     let mut random = Random(5);
     for (name, make) in lossless.iter().chain(&lossy) {
@@ -31,7 +31,7 @@ fn light_may_go_both_ways() {
 }
 
 #[test]
-fn refraction_is_squeezed_by_the_index() {
+fn refracted_radiance_scales_with_the_squared_index() {
     // f(v, l) in air is f(l, v) in glass over n^2 (E. Veach, 1997, section 5.2).
     let glass = Glass { roughness: 0.5, ..Glass::default() };
     let value = |v: Vec3, l: Vec3, front: bool| {

@@ -66,8 +66,8 @@ impl LightRandoms {
 }
 
 impl DirectLightingBatch {
-    /// Samples lights for the lanes of a chunk, and evaluates the BSDFs. Samples of a rectangle that is the only light are
-    /// there already.
+    /// Samples lights for the lanes of a chunk, and evaluates the BSDFs. Samples of a rectangle that is the only light
+    /// are there already.
     pub fn evaluate_chunk(
         &mut self,
         tracer: &PathTracer,
@@ -137,8 +137,8 @@ impl DirectLightingBatch {
         }
     }
 
-    /// Pushes the shadow rays of a lane through media. `transmittance` is a function of the direction and the point on the
-    /// light.
+    /// Pushes the shadow rays of a lane through media. `transmittance` is a function of the direction and the point on
+    /// the light.
     #[inline]
     pub fn push_attenuated_shadow_rays(
         &self,

@@ -6,17 +6,17 @@ use raycam_bvh::{Hit, dispatch_simd};
 use crate::bsdf::batch::{LaneContext, LaneRandoms};
 use crate::bsdf::diffuse::SampleCosineHemisphere;
 use crate::bsdf::material_hit::MaterialHit;
-use crate::guiding::sample_cones::SampleGuided;
 use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path_state::{HitView, PathState};
-use crate::integrator::path_tracer::{MIN_CAUSTIC_SEGMENTS, PathTracer};
+use crate::integrator::path_tracer::PathTracer;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::rectangle::SampleRectangle;
 use crate::lobes::classify::BatchKind;
+use crate::path_guiding::{GuidedPoints, MIN_GUIDED_SEGMENTS};
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::soa::{LANES, TriangleXN, lane_vec3, set_lane, set_triangle};
@@ -164,7 +164,7 @@ impl HitBatch {
                 let diffuse = &mut self.bsdf.diffuse;
                 set_lane(&mut diffuse.model.albedo, lane, albedo.to_array());
                 diffuse.activate(lane, interactions.shading_normal(lane));
-                let segments = path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS);
+                let segments = path.depth.saturating_add(MIN_GUIDED_SEGMENTS);
                 self.may_guide[lane] = segments <= tracer.settings.max_depth;
             }
             BatchKind::Glossy if is_outside && !is_culled && is_lit_in_batch(tracer, path) => {
@@ -212,24 +212,18 @@ impl HitBatch {
         self.far_sides[lane] = far_side;
     }
 
-    /// Guides samples of diffuse BSDFs to caustic casters.
+    /// Samples the directions of diffuse BSDFs by path guiding.
     fn guide_diffuse(&mut self, tracer: &PathTracer, random: &[[f32; LANES]; 2]) {
         let diffuse = &mut self.bsdf.diffuse;
         if !diffuse.any_active() {
             return;
         }
         diffuse.model.guiding.clear();
-        let has_targets = !(tracer.caustics.casters.is_empty() && tracer.gaps.is_empty());
-        if has_targets && self.may_guide != [false; LANES] {
-            dispatch_simd(SampleGuided {
-                caustics: tracer.caustics,
-                gaps: tracer.gaps,
-                interactions: &self.interactions,
-                active: &self.may_guide,
-                random,
-                cones: &mut diffuse.model.guiding,
-                out: &mut diffuse.model.directions,
-            });
+        if let Some(guide) = &tracer.guide
+            && self.may_guide != [false; LANES]
+        {
+            let points = GuidedPoints { interactions: &self.interactions, active: &self.may_guide, random };
+            guide.sample(&points, &mut diffuse.model.guiding, &mut diffuse.model.directions);
         }
     }
 
@@ -275,14 +269,14 @@ impl HitBatch {
     }
 }
 
-/// True if direct lighting of a path's hit is evaluated for the chunk, or there is none.
+/// True if direct lighting of a path's hit is evaluated for the chunk or not at all.
 fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
     let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
     tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit)
 }
 
-/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the rare
-/// path that leaves a medium without having entered it.
+/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the
+/// rare path that leaves a medium without having entered it.
 #[inline]
 fn interface_at<'a>(
     tracer: &PathTracer<'a>,

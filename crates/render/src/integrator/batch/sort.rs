@@ -1,7 +1,7 @@
 //! Sorting of a bounce's hits by the kind of their BSDF, so that the lanes of a chunk run the same code.
 //!
-//! After A. Afra, C. Benthin, I. Wald and J. Munkberg, "Local Shading Coherence Extraction for SIMD-Efficient Path Tracing on
-//! CPUs", High Performance Graphics 2016: small streams, sorted in cache.
+//! After A. Afra, C. Benthin, I. Wald and J. Munkberg, "Local Shading Coherence Extraction for SIMD-Efficient Path
+//! Tracing on CPUs", High Performance Graphics 2016: small streams, sorted in cache.
 
 use raycam_bvh::Hit;
 

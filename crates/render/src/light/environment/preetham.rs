@@ -227,7 +227,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_curves_are_the_models() {
+    fn sky_curves_match_the_model() {
         for (turbidity, degrees) in [(2.0, 3.0_f64), (3.0, 40.0), (6.0, 85.0), (10.0, 60.0)] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let (sky, _) = PreethamSky::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);

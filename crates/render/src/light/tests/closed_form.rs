@@ -158,7 +158,7 @@ fn ies_profiles_emit_as_measured() {
 }
 
 #[test]
-fn skies_give_their_integral() {
+fn sky_irradiance_equals_its_integral() {
     let gradient =
         Light::Sky { radiance: None, zenith: Some([3.0; 3]), horizon: Some([1.0; 3]), ground: Some([9.0; 3]) };
     let found = irradiance(&source(gradient), &AT_ORIGIN, 1 << 14);

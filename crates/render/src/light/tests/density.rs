@@ -82,7 +82,7 @@ fn panorama() -> Chart {
 }
 
 #[test]
-fn samples_are_spread_as_their_density_says() {
+fn light_samples_follow_their_density() {
     const CELLS: usize = 16;
     const POINTS: usize = 24;
     const SAMPLES: u32 = 1 << 20;

@@ -74,7 +74,7 @@ fn panel() -> Vec<LightBounds> {
 }
 
 #[test]
-fn probabilities_add_up_and_are_those_of_the_draw() {
+fn light_probabilities_sum_to_one_and_match_the_draws() {
     let bounds = |light: &Light| source(light.clone()).bounds();
     let lights: Vec<LightBounds> = many().iter().map(bounds).collect();
     points().iter().for_each(|from| check_probabilities(&lights, from));
@@ -110,7 +110,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
 }
 
 #[test]
-fn the_choice_loses_no_light() {
+fn light_choice_is_unbiased() {
     const SAMPLES: u32 = 1 << 17;
     let many = many();
     let lights = lights(&many);
@@ -144,7 +144,7 @@ fn the_choice_loses_no_light() {
 }
 
 #[test]
-fn several_lights_are_as_many_as_expected() {
+fn expected_number_of_light_samples_is_drawn() {
     const DRAWS: u32 = 1 << 14;
     for (many, most) in [(many(), MAX_SPLIT_LIGHTS), (many()[..3].to_vec(), 3)] {
         let (tree, count) = tree_of(&many);
@@ -167,7 +167,7 @@ fn several_lights_are_as_many_as_expected() {
 }
 
 #[test]
-fn trees_are_not_deeper_than_lights_are_many() {
+fn light_tree_depth_is_bounded_by_the_number_of_lights() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
     // All at one position, and each half as far away as the next.
     let heap: Vec<LightBounds> = (0..1000).map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE)).collect();
@@ -183,7 +183,7 @@ fn trees_are_not_deeper_than_lights_are_many() {
 }
 
 #[test]
-fn large_trees_are_whole_and_the_same_for_any_threads() {
+fn large_light_trees_do_not_depend_on_threads() {
     // Built by several threads, mostly from subsamples.
     let lights: Vec<LightBounds> = (0..9000)
         .map(|i| {

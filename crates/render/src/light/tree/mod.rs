@@ -1,8 +1,8 @@
 //! Light tree: selects lights by importance at a point, from bounds on position, direction and power.
 //!
 //! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with
-//! nodes of up to sixteen children. The descent ends early where the lights below are far and face one way: they are drawn
-//! by their power.
+//! nodes of up to sixteen children. The descent ends early where the lights below are far and face one way: they are
+//! drawn by their power.
 
 pub(crate) mod build;
 pub(crate) mod importance;

@@ -52,8 +52,8 @@ const MODELS: [ColmapModel; 18] = [
 
 const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
 
-/// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in pixels
-/// where the centre of the first one is (0.5, 0.5).
+/// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in
+/// pixels where the centre of the first one is (0.5, 0.5).
 ///
 /// # Errors
 /// [`SceneError::Camera`] for a name that is not COLMAP's, a wrong number of parameters, and those of [`Lens::new`].
@@ -89,8 +89,8 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     Ok((k, lens))
 }
 
-/// The name and the parameters of the COLMAP model of a K, in pixels where the centre of the first one is (0.5, 0.5), and
-/// a lens.
+/// The name and the parameters of the COLMAP model of a K, in pixels where the centre of the first one is (0.5, 0.5),
+/// and a lens.
 ///
 /// # Errors
 /// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical

@@ -1,5 +1,5 @@
-//! The division model of Fitzgibbon, "Simultaneous linear estimation of multiple view geometry and lens distortion" (CVPR
-//! 2001): COLMAP's SIMPLE_DIVISION and DIVISION.
+//! The division model of Fitzgibbon, "Simultaneous linear estimation of multiple view geometry and lens distortion"
+//! (CVPR 2001): COLMAP's SIMPLE_DIVISION and DIVISION.
 
 use glam::{DVec2, DVec3};
 

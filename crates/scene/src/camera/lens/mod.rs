@@ -29,8 +29,8 @@ use crate::camera::intrinsics::intrinsics_from_focal;
 use crate::camera::pixel_center::PixelCenter;
 use crate::error::{Result, SceneError};
 
-/// The projection of directions by a lens. Each model is one-to-one on the region where it does not fold over, and has no image
-/// outside of it.
+/// The projection of directions by a lens. Each model is one-to-one on the region where it does not fold over, and
+/// projects nothing outside of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
     /// None: straight lines stay straight.
@@ -61,8 +61,8 @@ pub enum Lens {
 }
 
 impl Lens {
-    /// The lens of a model and its coefficients. The coefficients 0 of [`LensModel::OpenCv`] and [`LensModel::Division`]
-    /// are a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
+    /// The lens of a model and its coefficients. The coefficients 0 of [`LensModel::OpenCv`] and
+    /// [`LensModel::Division`] are a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
     ///
     /// # Errors
     /// [`SceneError::Camera`] for a number of coefficients that the model does not have, and values that are not finite
@@ -116,8 +116,8 @@ impl Lens {
         })
     }
 
-    /// The point of the image plane at focal length 1 of a direction in camera axes, of any length. `None` where the lens
-    /// has no image of it. Directions at right angles to the axis and behind are as good as any.
+    /// The point of the image plane at focal length 1 of a direction in camera axes, of any length. `None` where the
+    /// lens has no image of it. Directions at right angles to the axis and behind are as good as any.
     pub fn distort(&self, direction: DVec3) -> Option<DVec2> {
         match self {
             Lens::Pinhole => (direction.z > 0.0).then(|| direction.truncate() / direction.z),
@@ -150,7 +150,7 @@ impl Lens {
         }
     }
 
-    /// K of a panorama that fills a picture: all around, and as high as that makes it. The left and right edges are
+    /// K of a panorama that fills an image: all around, and as high as that makes it. The left and right edges are
     /// straight behind; the top and bottom ones of an equirectangular panorama straight up and down. A cylinder has
     /// square pixels, its horizon in the middle.
     pub fn full_panorama(&self, size: [u32; 2], center: PixelCenter) -> Option<DMat3> {
@@ -174,7 +174,8 @@ impl Lens {
         matches!(self, Lens::OpenCv(_) | Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) | Lens::Omni(_))
     }
 
-    /// The point of the undistorted plane that has this image, of a lens with an iterative inverse; `near` is an initial guess.
+    /// The point of the undistorted plane that has this image, of a lens with an iterative inverse; `near` is an
+    /// initial guess.
     /// `None` for other lenses.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {

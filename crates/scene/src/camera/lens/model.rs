@@ -52,7 +52,7 @@ impl LensModel {
         Self::Cylindrical,
     ];
 
-    /// As it is written.
+    /// Name in text.
     pub fn name(self) -> &'static str {
         match self {
             Self::OpenCv => "opencv",
@@ -88,7 +88,7 @@ impl LensModel {
     /// The one of a name.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] with the nearest name where there is none.
+    /// [`SceneError::Camera`] with the nearest name if there is none.
     pub fn from_name(name: &str) -> Result<Self> {
         let found = Self::ALL.into_iter().find(|model| model.name() == name);
         found.ok_or_else(|| {

@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-/// y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive below: the whole sphere (COLMAP's EQUIRECTANGULAR).
+/// y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive below: the whole sphere (COLMAP's
+/// EQUIRECTANGULAR).
 pub fn equirectangular(direction: DVec3) -> Option<DVec2> {
     let around = direction.x.hypot(direction.z);
     let at = DVec2::new(longitude(direction), direction.y.atan2(around));

@@ -9,8 +9,8 @@ use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on a
-/// disc, at most 180 degrees from the axis, on which it is one-to-one.
+/// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on
+/// a disc, at most 180 degrees from the axis, on which it is one-to-one.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PrismFisheye {
     given: Vec<f64>,

@@ -15,14 +15,15 @@ use crate::texture::cache::tiles::TileCache;
 use crate::texture::cache::unlinked_file::UnlinkedFile;
 use crate::texture::texel::{ResidentTexels, TexelKind};
 
-/// The memory of a world's textures. As long as all images fit together with their mip maps they lie in it as they are. Once
-/// they do not, all of them lie in a temporary file, in tiles of 64 x 64 texels, and the memory holds the tiles lately used.
+/// The memory of a world's textures. As long as all images fit together with their mip maps they lie in it as they are.
+/// Once they do not, all of them lie in a temporary file, in tiles of 64 x 64 texels, and the memory holds the tiles
+/// lately used.
 ///
-/// The file goes to the folder that the environment variable `TMPDIR` names, else to `/var/tmp`. It has no name, so that it
-/// is gone when the process ends, however it ends.
+/// The file goes to the folder that the environment variable `TMPDIR` names, else to `/var/tmp`. It has no name, so
+/// that it is gone when the process ends, however it ends.
 #[derive(Debug)]
 pub struct TextureCache {
-    /// Tells it from every other one of this process.
+    /// Unique within this process.
     pub(crate) id: u64,
     pub(crate) limit: u64,
     folders: Vec<PathBuf>,

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::texture::cache::TextureCache;
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad};
 
-/// ResidentTexels on a side of a tile; those at the right and the bottom have what is left.
+/// Texels per side of a tile; tiles at the right and bottom edges are smaller.
 pub(crate) const TILE_SIZE: usize = 64;
 
 /// The texels of an image, or of a level of its mip map, in a file.
@@ -19,7 +19,7 @@ pub struct PagedTexels {
     level: usize,
 }
 
-/// One level: where it begins in the file, and how its texels are stored.
+/// One level: its offset in the file, and its texel format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Level {
     pub kind: TexelKind,
@@ -27,7 +27,7 @@ pub(crate) struct Level {
     pub offset: u64,
 }
 
-/// A tile: where it begins in the file, its texels on a row, and how many it has.
+/// A tile: its offset in the file, its texels per row, and its number of texels.
 struct TileLocation {
     start: u64,
     width: usize,

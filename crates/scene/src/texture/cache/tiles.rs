@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn it_keeps_what_is_used_within_its_limit() {
+    fn cache_keeps_recent_tiles_within_its_limit() {
         let cache = TileCache::new(10 * (1000 + TILE_OVERHEAD_BYTES));
         for i in 0..100u8 {
             cache.insert(u64::from(i), tile(i), 1000);
@@ -122,14 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_larger_than_all_of_it_is_not_kept() {
+    fn cache_does_not_keep_tiles_above_its_limit() {
         let cache = TileCache::new(500);
         cache.insert(7, tile(7), 1000);
         assert_eq!(cache.get(7), None);
     }
 
     #[test]
-    fn a_large_one_is_locked_in_parts_that_fill_evenly() {
+    fn large_caches_are_split_into_even_shards() {
         let cache = TileCache::new(64 << 20);
         assert_eq!(cache.shards.len(), 64);
         for i in 0..64 * 100 {

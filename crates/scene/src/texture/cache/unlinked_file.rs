@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 /// A file that grows at its end and is read anywhere.
 #[derive(Debug)]
 pub(crate) struct UnlinkedFile {
-    /// The folder that it was made in.
+    /// The folder of the file.
     pub folder: PathBuf,
     file: File,
     /// Offset of the next bytes.
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read_and_no_name_is_left() {
+    fn unlinked_files_return_what_was_written() {
         let folder = std::env::temp_dir().join(format!("raycam-temporary-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let files = [(); 2].map(|()| UnlinkedFile::new(&folder).unwrap());

@@ -93,7 +93,7 @@ fn wrong_types_and_lengths_say_what_was_expected() {
 }
 
 #[test]
-fn values_that_make_no_sense_name_their_key() {
+fn invalid_values_are_reported_with_their_key() {
     assert_error(object(r#"{ "box": {}, "diffuse": 1.5 }"#), "diffuse: 1.5: expected 0..=1");
     assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]: expected 0..=1");
     assert_error(

@@ -9,7 +9,7 @@ use crate::common::{FakeFiles, node};
 use crate::schema::described::{assert_error, build, object, object_with};
 
 #[test]
-fn objects_stand_where_they_are_put() {
+fn objects_are_placed_by_their_transform() {
     let place = |json: &str| object(json).unwrap().objects[0].world_from_mesh;
     let corner = DVec3::new(1.0, 2.0, 3.0);
     let turned = place(r#"{ "box": {}, "location": [10, 0, 0], "yaw": 90, "scale": [2, 1, -1] }"#);

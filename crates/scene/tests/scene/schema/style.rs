@@ -18,7 +18,7 @@ fn colours_shine_through() {
 }
 
 #[test]
-fn materials_follow_what_is_said() {
+fn material_keys_override_defaults() {
     let lecture =
         |diffuse, specular: f32, shininess| MaterialModel::Phong { diffuse, specular: [specular; 3], shininess };
     for (keys, expected) in [

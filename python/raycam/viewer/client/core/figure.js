@@ -1,6 +1,6 @@
 // The figure of a pixel: the ray and the triangle from outside, and the crossings in the triangle's plane.
 
-import { cross, dot, lengthOf, minus, plusTimes } from "./navigation.js";
+import { cross, dot, lengthOf, minus, plusTimes } from "./vectors.js";
 
 /** @typedef {import("./steps.js").Candidate} Candidate */
 /** @typedef {{ kind: string, at: number[][], text?: string }} Mark a line, area, arrow or dot, in the plane of the page */

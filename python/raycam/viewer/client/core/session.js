@@ -1,10 +1,12 @@
-// A session in a worker: what the page looks at. It answers the messages that viewer/session.py answers, by the core.
+// A session in a worker, for pages that render by themselves: the counterpart of viewer/session/ in Python.
 
-import { dolly, fit, groundBelow, lengthOf, lookAround, minus, move, orbit, pan, plusTimes, roll, rowOf, walk } from "./navigation.js";
+import { apply, rowOf } from "./vectors.js";
+import { groundBelow } from "./ground.js";
 import { explanationOf } from "./explanation.js";
 import { figureOf } from "./figure.js";
 
-/** @typedef {Record<string, any> & { type: string }} Message */
+/** @typedef {Record<string, any> & { type: string }} Message to the client */
+/** @typedef {import("../messages").ClientMessage} ClientMessage */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
 const LARGEST = [640, 480]; // pixels of a still picture at most
@@ -14,7 +16,6 @@ const LEFT_OUT = [...COLORS, "shadow", "error"];
 const MOVING_TIME = 60; // ms of a moving picture
 const BAND_TIME = 60; // ms until messages are heard again
 const REST = 150; // ms without a change after which a view rests
-const ORBIT_PER_PIXEL = (0.35 * Math.PI) / 180;
 
 export class Session {
   /**
@@ -37,6 +38,7 @@ export class Session {
     this.home = world.camera(options.camera, 640, 480);
     this.given = options.pose ? this.home.atPose(Float64Array.from(options.pose.R), Float64Array.from(options.pose.C)) : this.home;
     this.name = options.pose ? "" : options.camera || this.about.cameras[0] || "";
+    this.homeName = this.name;
     this.integrator = options.integrator || this.about.render.integrator || "direct";
     this.most = options.samples || 0;
     this.exposure = options.exposure ?? this.about.render.exposure ?? 0;
@@ -44,6 +46,7 @@ export class Session {
     this.space = [640, 480];
     this.first = options.channel || "color";
     this.channel = this.first;
+    this.seq = 0;
     this.version = 0;
     this.touched = 0;
     this.moved = -1;
@@ -75,6 +78,7 @@ export class Session {
       variants: [],
       variant: "",
       ...this.described([]),
+      camera: this.cameraMessage(),
     });
   }
 
@@ -84,7 +88,23 @@ export class Session {
     const number = (/** @type {number} */ count, /** @type {string} */ what) => `${count} ${what}${count === 1 ? "" : "s"}`;
     const counts = `${number(this.about.objects.length, "object")}, ${number(this.about.triangles, "triangle")}, rendered in this page`;
     const text = `${counts}\n\ncamera of ${size[0]} x ${size[1]}\nK = [${[...K].join(", ")}]\nC = [${[...C].join(", ")}]`;
-    return { about: text, notices: [...this.about.notices, ...notices], camera: this.name };
+    return { about: text, notices: [...this.about.notices, ...notices] };
+  }
+
+  /** The message `camera`, with all that the client needs to navigate. */
+  cameraMessage() {
+    const { camera } = this;
+    const [R, size, corner] = [[...camera.R], [...camera.size], camera.offset - 0.5];
+    const [x, y] = [corner + size[0] / 2, corner + size[1] / 2];
+    const edges = [[corner, y], [corner + size[0], y], [x, corner], [x, corner + size[1]]]
+      .map(([u, v]) => apply(R, [...camera.ray(u, v)].slice(3)))
+      .filter((ray) => ray.every(Number.isFinite));
+    const { seq, name, up, bounds, pivot } = this;
+    return { type: "camera", seq, name, R, C: [...camera.C], K: [...camera.K], size, up, parallel: false, edges, bounds, pivot };
+  }
+
+  sendCamera() {
+    this.say(this.cameraMessage());
   }
 
   /** @returns {[number, number]} the size of a still picture */
@@ -110,36 +130,43 @@ export class Session {
     this.shown = "";
   }
 
-  /** @param {Message} message */
+  /** Carries out a message; those of controls that pages do not show are ignored. @param {ClientMessage} message */
   receive(message) {
-    const act = /** @type {Record<string, () => void>} */ ({
-      size: () => this.resize(message),
-      nav: () => this.navigate(message),
-      camera: () => this.lookThrough(message.name),
-      channel: () => {
-        this.channel = message.name;
-        this.shown = "";
-        if (this.moved === this.version) this.touched = 0;
-      },
-      display: () => ([this.exposure, this.view] = [message.exposure, message.view]),
-      quality: () => {
+    switch (message.type) {
+      case "size": return this.resize(message);
+      case "move": return this.move(message);
+      case "home": return this.goHome(message);
+      case "locate": return this.locate(message);
+      case "ground": return this.findGround(message);
+      case "camera": return this.lookThrough(message.name);
+      case "channel": return this.chooseChannel(message.name);
+      case "display": return void ([this.exposure, this.view] = [message.exposure, message.view]);
+      case "quality":
         this.integrator = message.integrator;
-        this.changed();
-      },
-      visible: () => (this.cares = message.visible),
-      probe: () => this.probe(message),
-      explain: () => this.explain(message),
-      copy: () => this.say({ type: "copied", text: this.copied() }),
-      snapshot: () => this.snapshot(message.format),
-    });
-    act[message.type]?.();
+        return this.changed();
+      case "visible": return void (this.cares = message.visible);
+      case "probe": return this.probe(message);
+      case "explain": return this.explain(message);
+      case "copy": return this.say({ type: "copied", text: this.copied() });
+      case "snapshot": return this.snapshot(message.format);
+      default:
+    }
   }
 
-  /** @param {Message} message */
+  /** @param {string} name */
+  chooseChannel(name) {
+    this.channel = name;
+    this.shown = "";
+    if (this.moved === this.version) this.touched = 0;
+  }
+
+  /** @param {import("../messages").Size} message */
   resize({ width, height, ratio }) {
     const before = String(this.size);
     this.space = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
-    if (this.version === 0 || before !== String(this.size)) this.changed();
+    if (this.version && before === String(this.size)) return;
+    this.changed();
+    this.sendCamera();
   }
 
   /** @param {string} name */
@@ -147,38 +174,40 @@ export class Session {
     if (name) this.given = this.world.camera(name, 640, 480);
     this.name = name;
     this.changed();
+    this.sendCamera();
   }
 
-  /** @param {Message} message */
-  navigate({ kind, dx, dy, dz, u, v }) {
-    const { camera } = this;
-    const pose = { R: [...camera.R], C: [...camera.C] };
-    const step = lengthOf(minus(this.bounds[1], this.bounds[0])) / 100;
-    const [yaw, pitch] = [-dx * ORBIT_PER_PIXEL, -dy * ORBIT_PER_PIXEL];
-    let moved = pose;
-    if (kind === "orbit") moved = orbit(pose, this.up, this.pivot, yaw, pitch);
-    else if (kind === "look") moved = lookAround(pose, this.up, yaw, pitch);
-    else if (kind === "pan") moved = pan(pose, [...camera.K], this.pivot, dx, dy);
-    else if (kind === "move") moved = move(pose, this.up, dx * step, dy * step, dz * step);
-    else if (kind === "walk") {
-      const { corners } = this.shownTriangles();
-      moved = walk(pose, this.up, dx * step, dy * step, dz * step, (place) => groundBelow(corners, this.up, place, step / 2));
-    } else if (kind === "roll") moved = roll(pose, (dx * Math.PI) / 180);
-    else if (kind === "dolly") moved = dolly(pose, this.pointAt(camera, u, v) || this.besideAll(camera, u, v), 1.15 ** Math.max(-20, Math.min(20, dz)));
-    else if (kind === "pivot") {
-      this.pivot = this.pointAt(camera, u, v) || this.pivot;
-      return;
-    } else if (kind === "fit" || kind === "frame") {
-      this.pivot = this.middle;
-      moved = fit(pose, [...camera.K], [...camera.size], this.bounds);
-    } else {
-      [this.given, this.pivot] = [this.home, this.middle];
-      moved = { R: [...this.home.R], C: [...this.home.C] };
-    }
-    if (![...moved.R, ...moved.C].every(Number.isFinite)) return;
-    this.given = this.given.atPose(Float64Array.from(moved.R), Float64Array.from(moved.C));
+  /** @param {import("../messages").Move} message */
+  move({ seq, R, C, pivot }) {
+    this.seq = seq;
+    this.pivot = pivot;
+    if (String(R) === String([...this.given.R]) && String(C) === String([...this.given.C])) return;
+    this.given = this.given.atPose(Float64Array.from(R), Float64Array.from(C));
     this.name = "";
     this.changed();
+  }
+
+  /** @param {import("../messages").Home} message */
+  goHome({ seq }) {
+    this.seq = seq;
+    [this.given, this.pivot, this.name] = [this.home, this.middle, this.about.cameras.includes(this.homeName) ? this.homeName : ""];
+    this.changed();
+    this.sendCamera();
+  }
+
+  /** @param {import("../messages").Locate} message */
+  locate({ id, u, v }) {
+    const { camera } = this;
+    const corner = camera.offset - 0.5;
+    const ray = [...camera.ray(u + corner, v + corner)];
+    const [origin, direction] = ray.every(Number.isFinite) ? [ray.slice(0, 3), ray.slice(3)] : [null, null];
+    this.say({ type: "answer", id, origin, direction, point: this.pointAt(camera, u, v), bounds: null });
+  }
+
+  /** @param {import("../messages").Ground} message */
+  findGround({ id, begin, end, foot }) {
+    const { corners } = this.shownTriangles();
+    this.say({ type: "answer", id, below: [begin, end].map((place) => groundBelow(corners, this.up, place, foot)) });
   }
 
   /** @param {any} camera @param {number} u @param {number} v @returns {number[] | null} the surface point seen there */
@@ -188,13 +217,6 @@ export class Session {
     if (column < 0 || row < 0 || column >= width || row >= height) return null;
     const position = [...this.render(camera, { channels: ["position"], region: [column, row, 1, 1] }, true).get("position").values];
     return position.every(Number.isFinite) ? position : null;
-  }
-
-  /** @param {any} camera @param {number} u @param {number} v @returns {number[]} a point along the view, as far as the pivot */
-  besideAll(camera, u, v) {
-    const ray = [...camera.ray(u + camera.offset - 0.5, v + camera.offset - 0.5)];
-    const direction = ray.every(Number.isFinite) ? ray.slice(3) : rowOf([...camera.R], 2);
-    return plusTimes([...camera.C], lengthOf(minus(this.pivot, [...camera.C])), direction);
   }
 
   /**
@@ -292,7 +314,7 @@ export class Session {
     this.say({ type: "picture", version: this.version, channel: this.channel, plane, width, height, samples, integrator: this.integrator, ms, moving });
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").Probe} message */
   probe({ id, u, v }) {
     const { camera } = this;
     const planes = this.render(camera, { channels: this.truth, region: [u, v, 1, 1] }, true);
@@ -323,7 +345,7 @@ export class Session {
     return triangles;
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").Explain} message */
   explain({ u, v }) {
     const { camera } = this;
     const { offset } = camera;

@@ -1,7 +1,7 @@
 // The steps of the lecture for one pixel, in float64: the numbers that raycam.explain has, by the same formulas.
 // Source: Nicholas Dwork, Making Virtual Worlds (Computer Graphics Lecture 1).
 
-import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf } from "./navigation.js";
+import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf } from "./vectors.js";
 
 const ROUNDING = 2 ** -47; // relative error that counts as rounding
 

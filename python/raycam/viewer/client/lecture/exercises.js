@@ -1,7 +1,7 @@
 // Five exercises: what is given and asked, and what a student's numbers are told. Everything is checked against steps.js.
 
 import { vectorText, general } from "../core/explanation.js";
-import { dot, lengthOf, minus, rowOf } from "../core/navigation.js";
+import { dot, lengthOf, minus, rowOf } from "../core/vectors.js";
 import { pixelOf, rangesOf, rayOfPixel } from "../core/steps.js";
 
 /**

@@ -2,7 +2,7 @@
 // same text renders.
 
 import { figureOf } from "../core/figure.js";
-import { plusTimes, dot, minus, lengthOf } from "../core/navigation.js";
+import { plusTimes, dot, minus, lengthOf } from "../core/vectors.js";
 import { pixelOf, rayOfPixel, stepsOf } from "../core/steps.js";
 import { byId, fillSelect } from "../dom.js";
 import { toneMap } from "../image/tone.js";

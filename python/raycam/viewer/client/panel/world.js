@@ -36,7 +36,7 @@ export class WorldControls {
     fillSelect(this.tool, [["none", "none"], ["move", "move"], ["turn", "turn"], ["scale", "scale"]]);
     this.tool.addEventListener("change", () => this.select());
     this.object.addEventListener("change", () => this.choose(Number(this.object.value)));
-    for (const [key, input] of /** @type {[string, HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
+    for (const [key, input] of /** @type {["roughness" | "metallic" | "emission", HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
       input.addEventListener("change", () => {
         const [value] = numbersOf([input], (text) => client.say(text, "error")) || [];
         if (value !== undefined) this.edit("object", key, value);
@@ -56,10 +56,10 @@ export class WorldControls {
     this.button("turns", "smaller", "smaller", () => this.edit("object", "scale", 1 / GROWTH));
     this.button("light-strength", "brighter", "brighter light", () => this.edit("light", "strength", THIRD_STOP));
     this.button("light-strength", "darker", "darker light", () => this.edit("light", "strength", 1 / THIRD_STOP));
-    for (const type of ["undo", "redo"]) {
+    for (const type of /** @type {const} */ (["undo", "redo"])) {
       byId(type, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type }));
     }
-    for (const format of ["glb", "toml"]) {
+    for (const format of /** @type {const} */ (["glb", "toml"])) {
       byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
     }
   }
@@ -126,7 +126,8 @@ export class WorldControls {
   /** Says which object is chosen, and the tool on it. */
   select() {
     this.selected = Number(this.object.value);
-    this.client.transport.send({ type: "select", number: this.selected, tool: this.tool.value });
+    const tool = /** @type {import("../messages").Select["tool"]} */ (this.tool.value);
+    this.client.transport.send({ type: "select", number: this.selected, tool });
   }
 
   /** @param {string} name of the tool that is taken; of the one that is in use, to put it away */
@@ -152,9 +153,9 @@ export class WorldControls {
   }
 
   /**
-   * @param {"object" | "light"} kind
-   * @param {string} key
-   * @param {any} value
+   * @param {import("../messages").Edit["kind"]} kind
+   * @param {import("../messages").Edit["key"]} key
+   * @param {import("../messages").Edit["value"]} value
    */
   edit(kind, key, value) {
     const number = Number((kind === "object" ? this.object : this.light).value);

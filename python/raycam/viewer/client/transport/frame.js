@@ -29,7 +29,7 @@ export class FrameTransport {
     this.send({ type: "hello", ...this.size(), session: "" });
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").ClientMessage} message */
   send(message) {
     parent.postMessage(JSON.stringify(message), "*");
   }

@@ -64,7 +64,7 @@ export class PageTransport {
     return this.document.planes.some((/** @type {any} */ each) => each.key === key) ? key : null;
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").ClientMessage} message */
   send(message) {
     if (message.type === "channel") this.sendPicture(message.name);
     if (message.type === "probe") this.sendValues(message);
@@ -89,7 +89,7 @@ export class PageTransport {
     this.say?.({ type: "error", text: `The channel ${name} of this page is damaged: ${error}` });
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").Probe} message */
   sendValues({ id, u, v }) {
     /** @type {import("../panel/readout.js").PixelValues} */
     const values = {};
@@ -108,7 +108,7 @@ export class PageTransport {
     this.say?.({ type: "values", id, u, v, values });
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").Explain} message */
   sendExplanation({ u, v }) {
     const found = this.document.explanations.find((/** @type {any} */ each) => each.column === u && each.row === v);
     const [x, y] = this.document.origin;

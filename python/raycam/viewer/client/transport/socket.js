@@ -99,7 +99,7 @@ export class SocketTransport {
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").ClientMessage} message */
   send(message) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
     else if (!DROPPABLE.includes(message.type)) this.say?.({ type: "notice", text: NOT_SAID });

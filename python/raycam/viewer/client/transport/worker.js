@@ -75,7 +75,7 @@ export class WorkerTransport {
     } else this.say?.(message);
   }
 
-  /** @param {Message} message */
+  /** @param {import("../messages").ClientMessage} message */
   send(message) {
     this.worker?.postMessage(message);
   }

@@ -1,0 +1,330 @@
+//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate
+//! choose the casters, many fill their caustic maps.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Coherence, Hit, Ray};
+use rayon::prelude::*;
+
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::shading_point::ShadingPoint;
+use crate::bsdf::{BsdfModel, BsdfSample};
+use crate::guiding::Caustics;
+use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters};
+use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
+use crate::guiding::caustic_spots::find_spots;
+use crate::integrator::camera_ray_batch::is_miss;
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
+use crate::interaction::LightSampleContext;
+use crate::interaction::SurfaceInteraction;
+use crate::light::light_sampling::{LightSampleContexts, LightSampling};
+use crate::light::lights::Lights;
+use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
+use crate::path_guiding::MIN_GUIDED_SEGMENTS;
+use crate::prepare::geometry::Geometry;
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
+use crate::settings::{Integrator, Settings};
+
+/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons a caster", 11-23.
+const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
+/// Maximum number of photons emitted to all casters. Lab note: "2^18 photons at most", 11-26.
+const MAX_PHOTONS: u32 = 1 << 18;
+/// Maximum number of photons emitted to each candidate to measure the light that it throws. Lab note: "2,048 photons",
+/// 11-26.
+const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
+/// Maximum number of photons emitted to all candidates. Lab note: "to each of 32 candidates", 11-26.
+const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
+/// Photons traced together. Not tuned; results do not depend on it.
+const PHOTON_BATCH: u32 = 1 << 11;
+/// Maximum number of surfaces that a photon meets. Not tuned.
+const MAX_BOUNCES: u32 = 8;
+
+#[derive(Clone, Copy)]
+struct Photon {
+    sampler: Sampler,
+    direction: Vec3,
+    power: f64,
+    interior_list: InteriorList,
+    /// Index of the candidate that the photon left last, and the point.
+    last_exit: Option<(usize, DVec3)>,
+}
+
+/// True if an image's paths are long enough to be guided to casters, and its lights can cast caustics.
+pub(crate) fn needs_caustics(lights: &Lights, settings: &Settings) -> bool {
+    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
+    settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics()
+}
+
+/// The casters and the caustic map of each. Both guide paths only: light that they lack adds noise and no bias.
+pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[CausticCaster]) -> Caustics {
+    if candidates.is_empty() {
+        return Caustics::default();
+    }
+    let pass = PhotonPass::new(geometry, lights, candidates);
+    let chosen = choose_casters(candidates, &pass.thrown_fractions());
+    let photons = (MAX_PHOTONS / chosen.len().max(1) as u32).clamp(PHOTON_BATCH, MAX_PHOTONS_PER_CASTER);
+    let firsts = || (0..photons / PHOTON_BATCH).map(|batch| batch * PHOTON_BATCH);
+    let batches: Vec<_> = chosen.iter().flat_map(|&(index, _)| firsts().map(move |first| (index, first))).collect();
+    let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
+    let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
+    let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
+    let maps = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
+    let landed = chosen.iter().flat_map(|(index, caster)| {
+        // As in `thrown_fractions`.
+        let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
+        own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
+    });
+    let [lower, upper] = geometry.bounds();
+    let spots = find_spots(landed.collect(), (upper - lower).max_element());
+    Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
+}
+
+/// The world of a photon pass.
+struct PhotonPass<'a> {
+    geometry: &'a Geometry,
+    lights: &'a Lights,
+    candidates: &'a [CausticCaster],
+    /// Indices of the candidates by instance.
+    candidate_of: HashMap<u32, usize>,
+}
+
+impl<'a> PhotonPass<'a> {
+    fn new(geometry: &'a Geometry, lights: &'a Lights, candidates: &'a [CausticCaster]) -> Self {
+        let by_instance = candidates.iter().enumerate().map(|(index, caster)| (caster.instance, index));
+        Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
+    }
+
+    /// The fraction of all light that each of the largest candidates throws, as far as photons emitted to it tell.
+    fn thrown_fractions(&self) -> Vec<f64> {
+        let phi = self.lights.phi();
+        let count = self.candidates.len().min(MAX_CANDIDATES);
+        let photons = (MAX_CANDIDATE_PHOTONS / count as u32).min(MAX_PHOTONS_PER_CANDIDATE);
+        let thrown = |index: usize| {
+            let deposits = self.trace_photons(index, 0..photons);
+            let own = deposits.iter().filter(|(last, _)| *last == index);
+            let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(photons);
+            // The fluence times the cross-section of the sphere, over the flux of a flat light.
+            let fraction = fluence * self.candidates[index].radius.powi(2) / phi;
+            if fraction.is_finite() { fraction } else { 0.0 }
+        };
+        (0..count).into_par_iter().map(thrown).collect()
+    }
+
+    /// Emits photons to a candidate; returns their deposits, each with the candidate that the photon left last.
+    fn trace_photons(&self, candidate: usize, numbers: Range<u32>) -> Vec<(usize, PhotonDeposit)> {
+        let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
+        let caster = &self.candidates[candidate];
+        let emitted = numbers.filter_map(|i| self.emit_photon(caster, sampler.with_sample(i)));
+        let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
+        let (mut hits, mut deposits) = (vec![], vec![]);
+        for bounce in 0..MAX_BOUNCES {
+            hits.clear();
+            hits.resize(rays.len(), Hit::MISS);
+            self.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
+            rays.clear();
+            let mut hits = hits.iter();
+            photons.retain_mut(|photon| {
+                let hit = hits.next().filter(|hit| !is_miss(hit));
+                let ray = hit.and_then(|hit| photon.bounce(self, hit, bounce, &mut deposits));
+                rays.extend(ray);
+                ray.is_some()
+            });
+        }
+        deposits
+    }
+
+    /// Emits a photon from a light to a point in the bounding sphere of a caster.
+    fn emit_photon(&self, caster: &CausticCaster, sampler: Sampler) -> Option<(Photon, Ray)> {
+        let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
+        let [radius, choice] = sampler.get_2d(Dimension::LobeAndLight(0));
+        let light_random = sampler.get_2d(Dimension::Light(0, 0));
+        let z = 2.0 * height - 1.0;
+        let (sin, cos) = (TAU * turn).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
+        let context = LightSampleContext { position: caster.center + caster.radius * within, normal: Vec3::ZERO };
+        let contexts = LightSampleContexts::from(&context);
+        let sampling = LightSampling::Importance;
+        let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
+        // BSDF samples never find delta lights, and find infinite lights from every caster.
+        let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
+        let photon = Photon {
+            sampler,
+            direction: -sample.direction,
+            power: f64::from(sample.radiance.element_sum()) / f64::from(sample.pdf),
+            interior_list: InteriorList::default(),
+            last_exit: None,
+        };
+        let epsilon = f64::from(ONE_MINUS_SHADOW_EPSILON);
+        let origin = context.position + (p_light - context.position) * epsilon;
+        let ray =
+            Ray { origin: origin.as_vec3().to_array(), direction: photon.direction.to_array(), t_max: f32::INFINITY };
+        Some((photon, ray))
+    }
+}
+
+impl Photon {
+    /// Scatters the photon at a caster; elsewhere a photon that has met a caster is deposited.
+    fn bounce(
+        &mut self,
+        pass: &PhotonPass,
+        hit: &Hit,
+        bounce: u32,
+        deposits: &mut Vec<(usize, PhotonDeposit)>,
+    ) -> Option<Ray> {
+        let geometry = pass.geometry;
+        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, 0.0);
+        let Some(&caster) = pass.candidate_of.get(&hit.instance) else {
+            deposits.extend(self.last_exit.map(|(caster, exit_point)| {
+                let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
+                (caster, deposit)
+            }));
+            return None;
+        };
+        let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(bounce + 1));
+        let [x, y] = self.sampler.get_2d(Dimension::Bsdf(bounce));
+        let media = &mut self.interior_list;
+        let (sample, ray) = scatter(geometry, (hit, &interaction), self.direction, media, [choice, x, y])?;
+        let Some(sample) = sample else {
+            return Some(ray);
+        };
+        self.power *= f64::from(sample.weight.element_sum() / 3.0);
+        self.direction = sample.wi;
+        self.last_exit = Some((caster, interaction.position));
+        let is_alive = self.power > 0.0 && self.power.is_finite();
+        is_alive.then_some(ray)
+    }
+}
+
+/// The sample of the BSDF that scatters a photon at a hit, and the ray on; no sample where two media make no surface.
+/// `None` for a photon that is absorbed.
+pub(crate) fn scatter(
+    geometry: &Geometry,
+    (hit, interaction): (&Hit, &SurfaceInteraction),
+    direction: Vec3,
+    media: &mut InteriorList,
+    random: [f32; 3],
+) -> Option<(Option<BsdfSample>, Ray)> {
+    let transition = InterfaceTransition::at_hit(geometry, *media, hit, interaction.is_front, None);
+    if transition.is_false_intersection {
+        *media = transition.far_side;
+        return Some((None, interaction.ray_beyond(direction, f32::INFINITY)));
+    }
+    let material_hit = MaterialHit::new(geometry, hit, interaction, direction).seen_by(None, transition.outside_ior);
+    let point = ShadingPoint::new(interaction, &material_hit);
+    let sample = point.bsdf.sample(&point.frame, random)?;
+    *media = transition.medium_towards(point.frame.geometric, sample.wi);
+    Some((Some(sample), interaction.spawn_ray(sample.wi, f32::INFINITY)))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Glass, Light, Material, MaterialModel, Metal, Object, World};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::guiding::LearnedGuiding;
+    use crate::path_guiding::PathGuiding;
+    use crate::prepare::world::PreparedWorld;
+
+    const MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.6);
+    const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
+
+    /// A ball over a floor under a lamp, and over both a roof if there is one.
+    fn world(reflectance: MaterialModel, roof: bool) -> PreparedWorld {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 5).unwrap());
+        let matte = world.add_material(Material::default()).unwrap();
+        let clear = Material { model: reflectance, ..Material::default() };
+        let clear = world.add_material(clear).unwrap();
+        let mut things = vec![(floor, matte, DVec3::ZERO), (ball, clear, MIDDLE)];
+        if roof {
+            things.push((floor, matte, 2.0 * DVec3::Z));
+        }
+        for (mesh, material, at) in things {
+            let place = DAffine3::from_translation(at);
+            let object = Object::new("", mesh, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        world.lights.push(Light::Rectangle {
+            position: LAMP.to_array(),
+            u: [0.1, 0.0, 0.0],
+            v: [0.0, -0.1, 0.0],
+            radiance: [40.0; 3],
+            two_sided: false,
+        });
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+    }
+
+    fn gold() -> MaterialModel {
+        MaterialModel::Metal(Metal::named("gold").unwrap())
+    }
+
+    fn settings(integrator: Integrator, max_depth: u32) -> Settings {
+        Settings { integrator, max_depth: Some(max_depth), ..Settings::default() }
+    }
+
+    /// The target of the ball's map for a point of the world: centre and radius.
+    fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
+        let guiding = LearnedGuiding::default();
+        guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 6));
+        let caustics = guiding.caustics(&world.geometry);
+        let (thrown, CausticCaster { center, radius, .. }) = (&caustics.maps[0], caustics.casters[0]);
+        let [exit, _] = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
+        let left = Vec3::from(exit.center).as_dvec3() * radius;
+        (center + world.geometry.origin + left, f64::from(exit.radius) * radius)
+    }
+
+    #[test]
+    fn a_ball_reflects_a_lamp_where_angles_are_equal() {
+        let world = world(gold(), false);
+        for (x, y) in [(1.0, 0.5), (0.9, -0.3), (0.4, 0.9), (2.0, 1.5), (-0.3, 0.8)] {
+            let at = DVec3::new(x, y, 0.0);
+            let mut normal = DVec3::Z;
+            for _ in 0..100 {
+                let there = MIDDLE + 0.5 * normal;
+                let half = (LAMP - there).normalize() + (at - there).normalize();
+                // Half the way: the whole of it goes to and fro.
+                normal = (normal + 0.5 * half.normalize()).normalize();
+            }
+            let (left, radius) = thrown_on(&world, at);
+            let (distance, there) = (left.distance(at), MIDDLE + 0.5 * normal);
+            let off = ((left - at) / distance).distance((there - at).normalize());
+            assert!(0.0 < radius && radius < 0.25 * distance, "{at} {radius}");
+            assert!(off < radius / distance, "{at} {off} {radius}");
+        }
+    }
+
+    #[test]
+    fn a_ball_of_glass_throws_light_behind_it() {
+        let world = world(MaterialModel::Glass(Glass::default()), false);
+        let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
+        let focus = MIDDLE + away * MIDDLE.z;
+        let (left, radius) = thrown_on(&world, focus);
+        assert!(radius > 0.0 && (left - focus).normalize().dot(-away.normalize()) > 0.8, "{left} {radius}");
+    }
+
+    #[test]
+    fn unlit_objects_throw_no_light() {
+        let world = world(gold(), true);
+        assert_eq!(thrown_on(&world, DVec3::new(1.0, 0.5, 0.0)).1, 0.0);
+    }
+
+    #[test]
+    fn only_long_paths_are_guided() {
+        let (world, guiding) = (world(gold(), false), LearnedGuiding::default());
+        for (integrator, depth) in [(Integrator::Direct, 6), (Integrator::Flat, 6), (Integrator::Path, 2)] {
+            guiding.learn(&world.geometry, &world.lighting().lights, &settings(integrator, depth));
+            assert!(guiding.caustics.get().is_none());
+        }
+        guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 3));
+        assert_eq!(guiding.caustics(&world.geometry).maps.len(), 1);
+    }
+}

@@ -1,0 +1,24 @@
+"""Files of a data set with the samples of sensors that are not cameras."""
+
+from __future__ import annotations
+
+from ..io.npz import npz_bytes
+from ..sensors import sample_sensor
+from .plan import Plan
+
+__all__ = ["sensor_files"]
+
+
+def sensor_files(plan: Plan, unit: int, units: int) -> dict[str, bytes]:
+    """Returns the NPZ files of the sensors that belong to a unit of work, by name.
+
+    Views are assigned to units evenly, because some formats have units of several views.
+    """
+    files = {}
+    for number, view in enumerate(plan.shots):
+        if view.sensors and number * units // len(plan.shots) == unit:
+            world = plan.world_of(view)
+            for name, sensor in view.sensors.items():
+                arrays = sample_sensor(sensor, world, frame=number, threads=plan.threads)
+                files[f"sensors/{name}/{number:06d}.npz"] = npz_bytes(arrays)
+    return files

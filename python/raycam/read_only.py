@@ -1,0 +1,126 @@
+"""Read-only arrays, lists and dicts, whose errors name the method that changes the object they describe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .arguments import Floats
+from .errors import WorldError
+
+__all__ = ["ReadOnlyArray", "ReadOnlyDict", "ReadOnlyList", "read_only_array"]
+
+Item = TypeVar("Item")
+Key = TypeVar("Key")
+
+
+def _refuse_change(name: str) -> Callable[..., NoReturn]:
+    """Returns a method that raises the table's error with its remedy."""
+
+    def refuse(table: Any, *_: Any, **__: Any) -> NoReturn:
+        raise table.error(table.remedy)
+
+    refuse.__name__ = name
+    refuse.__doc__ = "Raises an error that names the method for changes."
+    return refuse
+
+
+class ReadOnlyList(list[Item]):
+    """A read-only list; it copies, compares and pickles as a plain list."""
+
+    def __init__(self, items: Iterable[Item], remedy: str, error: type[Exception] = WorldError) -> None:
+        super().__init__(items)
+        self.remedy, self.error = remedy, error
+
+    def __reduce__(self) -> Any:
+        """Pickles and copies it as a plain list."""
+        return list, (list(self),)
+
+    append = extend = insert = pop = remove = clear = sort = reverse = _refuse_change("change")
+    __setitem__ = __delitem__ = __iadd__ = __imul__ = _refuse_change("assign")
+
+
+class ReadOnlyDict(dict[Key, Item]):
+    """A read-only dict; it copies, compares and pickles as a plain dict."""
+
+    def __init__(self, items: Mapping[Key, Item], remedy: str, error: type[Exception] = WorldError) -> None:
+        super().__init__(items)
+        self.remedy, self.error = remedy, error
+
+    def __reduce__(self) -> Any:
+        """Pickles and copies it as a plain dict."""
+        return dict, (dict(self),)
+
+    pop = popitem = clear = update = setdefault = _refuse_change("change")
+    __setitem__ = __delitem__ = __ior__ = _refuse_change("assign")
+
+
+def _check_first(name: str) -> Callable[..., Any]:
+    """Returns the method `name` of arrays, which raises the array's error if the array is read-only."""
+    method = getattr(np.ndarray, name)
+
+    def checked(array: Any, *arguments: Any, **keywords: Any) -> Any:
+        if not array.flags.writeable:
+            raise array.error(array.remedy)
+        return method(array, *arguments, **keywords)
+
+    checked.__name__ = name
+    checked.__doc__ = (
+        f"Raises an error that names the method for changes if the array is read-only; see `{name}`."
+    )
+    return checked
+
+
+class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
+    """A read-only array; copies and results of calculations are plain arrays, views of it are read-only too."""
+
+    remedy: str = ""
+    error: type[Exception] = ValueError
+
+    def __array_finalize__(self, source: Any) -> None:
+        """Passes the error on to views."""
+        self.remedy = getattr(source, "remedy", "")
+        self.error = getattr(source, "error", ValueError)
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """Returns results of calculations as plain arrays and numbers."""
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
+    def copy(self, order: Any = "C") -> Any:
+        """Returns a plain array, which can be changed."""
+        return np.array(self, order=order)
+
+    def __copy__(self) -> Any:
+        """Returns a plain array, which can be changed."""
+        return np.array(self)
+
+    def __deepcopy__(self, memo: Any) -> Any:
+        """Returns a plain array, which can be changed."""
+        return np.array(self)
+
+    def __reduce__(self) -> Any:
+        """Pickles it as a plain array."""
+        return np.array(self).__reduce__()
+
+    def __repr__(self) -> str:
+        """The text of a plain array."""
+        return repr(np.asarray(self))
+
+
+for _name in (
+    *("__setitem__", "__iadd__", "__isub__", "__imul__", "__itruediv__", "__ifloordiv__", "__imod__"),
+    *("__ipow__", "__imatmul__", "fill", "sort", "partition", "put"),
+):
+    setattr(ReadOnlyArray, _name, _check_first(_name))
+
+
+def read_only_array(values: npt.ArrayLike, remedy: str, error: type[Exception]) -> Floats:
+    """Returns a read-only float64 array of the values, which raises `error` with the `remedy` when it is changed."""
+    array = np.array(values, dtype=np.float64).view(ReadOnlyArray)
+    array.remedy, array.error = remedy, error
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,259 @@
+// Written by `python -m raycam.viewer.message_types`; change client_messages.py instead.
+
+/** Starts a session, or resumes the one with this id. */
+export interface Hello {
+  type: "hello";
+  width: number;
+  height: number;
+  ratio: number;
+  session: string;
+}
+
+/** The space for the image in the client's window. */
+export interface Size {
+  type: "size";
+  width: number;
+  height: number;
+  ratio: number;
+}
+
+/** The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels. */
+export interface Move {
+  type: "move";
+  seq: number;
+  R: number[];
+  C: number[];
+  fx: number;
+  pivot: number[];
+}
+
+/** Returns to the camera that the view started with. */
+export interface Home {
+  type: "home";
+  seq: number;
+}
+
+/** Requests the ray of a place in the image, the surface point that it hits, and the bounds of that object. */
+export interface Locate {
+  type: "locate";
+  id: number;
+  u: number;
+  v: number;
+}
+
+/** Requests the height of two places above the ground, as a walk needs it. */
+export interface Ground {
+  type: "ground";
+  id: number;
+  begin: number[];
+  end: number[];
+  foot: number;
+}
+
+/** Looks through a camera of the world, or keeps the pose as a free camera if the name is empty. */
+export interface LookThrough {
+  type: "camera";
+  name: string;
+}
+
+/** Sets the world's time in seconds, and the animation (empty for the first one). */
+export interface Time {
+  type: "time";
+  t: number;
+  animation: string;
+}
+
+/** Chooses a material variant; empty for the file's own materials. */
+export interface Variant {
+  type: "variant";
+  name: string;
+}
+
+/** Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model. */
+export interface Lens {
+  type: "lens";
+  fx: number;
+  fy: number;
+  cx: number;
+  cy: number;
+  distortion: number[];
+}
+
+/** Sets the camera's location in metres and its angles in degrees. */
+export interface Pose {
+  type: "pose";
+  location: number[];
+  roll: number;
+  pitch: number;
+  yaw: number;
+}
+
+/** Chooses the lines that are drawn over the image. */
+export interface Overlay {
+  type: "overlay";
+  cameras: boolean;
+  explained: boolean;
+  grid: boolean;
+}
+
+/** Changes one property of an object or a light. */
+export interface Edit {
+  type: "edit";
+  kind: "object" | "light";
+  number: number;
+  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength";
+  value: boolean | number | string | number[];
+}
+
+/** Selects an object, and the tool whose handles it shows. */
+export interface Select {
+  type: "select";
+  number: number;
+  tool: "none" | "move" | "turn" | "scale";
+}
+
+/** A drag of a handle between two places of the image; a stroke's messages are one undo step. */
+export interface Gizmo {
+  type: "gizmo";
+  handle: "x" | "y" | "z" | "all";
+  stroke: number;
+  begin: number[];
+  end: number[];
+}
+
+/** Undoes the last edit. */
+export interface Undo {
+  type: "undo";
+}
+
+/** Repeats the edit that was undone last. */
+export interface Redo {
+  type: "redo";
+}
+
+/** Chooses the channel that is shown. */
+export interface Channel {
+  type: "channel";
+  name: "color" | "albedo" | "depth" | "distance" | "position" | "normal" | "normal_camera" | "shading_normal" | "shading_normal_camera" | "instance" | "category" | "triangle" | "barycentric" | "uv" | "material" | "coverage" | "alpha" | "shadow" | "error";
+}
+
+/** Sets exposure (stops) and view transform of the saved and the moving images. */
+export interface Display {
+  type: "display";
+  exposure: number;
+  view: "standard" | "agx" | "pbr_neutral";
+}
+
+/** Chooses the integrator of the still image. */
+export interface Quality {
+  type: "quality";
+  integrator: "direct" | "path";
+}
+
+/** Requests the values of a pixel. */
+export interface Probe {
+  type: "probe";
+  id: number;
+  u: number;
+  v: number;
+}
+
+/** Reports a clicked pixel to the callbacks of `Viewer.on_pick`. */
+export interface Pick {
+  type: "pick";
+  u: number;
+  v: number;
+}
+
+/** Requests the explanation of a pixel. */
+export interface Explain {
+  type: "explain";
+  id: number;
+  u: number;
+  v: number;
+}
+
+/** Requests a file of the still image or of the world. */
+export interface Snapshot {
+  type: "snapshot";
+  format: "png" | "html" | "npz" | "glb" | "toml";
+}
+
+/** Requests a video: a turn around the pivot, or the world's own movement for 0 degrees. */
+export interface Film {
+  type: "film";
+  seconds: number;
+  degrees: number;
+}
+
+/** Stops the video that is being rendered. */
+export interface Stop {
+  type: "stop";
+}
+
+/** A piece of a dropped file; the pieces of a file come in order. */
+export interface Upload {
+  type: "upload";
+  name: string;
+  bytes: number;
+  offset: number;
+  data: string;
+}
+
+/** Opens an uploaded file as the world. */
+export interface Open {
+  type: "open";
+  name: string;
+}
+
+/** Requests the camera as text, or the command that renders the image. */
+export interface Copy {
+  type: "copy";
+  format: "python" | "toml" | "command" | "opencv" | "colmap";
+}
+
+/** Confirms that an image arrived. */
+export interface Acknowledge {
+  type: "ack";
+  picture: number;
+}
+
+/** Reports whether the page is visible; hidden pages receive no images. */
+export interface Visible {
+  type: "visible";
+  visible: boolean;
+}
+
+/** Any message of a client. */
+export type ClientMessage =
+  | Hello
+  | Size
+  | Move
+  | Home
+  | Locate
+  | Ground
+  | LookThrough
+  | Time
+  | Variant
+  | Lens
+  | Pose
+  | Overlay
+  | Edit
+  | Select
+  | Gizmo
+  | Undo
+  | Redo
+  | Channel
+  | Display
+  | Quality
+  | Probe
+  | Pick
+  | Explain
+  | Snapshot
+  | Film
+  | Stop
+  | Upload
+  | Open
+  | Copy
+  | Acknowledge
+  | Visible;

@@ -1,0 +1,389 @@
+"""The messages that a client sends: one dataclass each, whose annotations give the types and ranges of its fields.
+
+`client/messages.d.ts` holds the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes it.
+To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
+
+from ..render.frame import CHANNELS, VIEWS
+from .scene.gizmo import HANDLES, TOOLS
+
+__all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Length", "Message", "OneOf", "Range"]
+
+MAX_IMAGE_SIZE = (1920, 1080)
+"""The largest image that a client may request, in pixels."""
+MAX_CHUNK_LENGTH = 60_000
+"""The longest piece of an upload, in characters of base64."""
+BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
+
+
+@dataclass(frozen=True)
+class Range:
+    """Limits of a number, or of each number in a list."""
+
+    low: float
+    high: float
+
+    def accepts(self, value: Any) -> bool:
+        """True for a number within the limits."""
+        return bool(self.low <= value <= self.high)
+
+
+@dataclass(frozen=True)
+class Length:
+    """Limits of the length of a text or a list."""
+
+    high: int
+    low: int = 0
+
+    def accepts(self, value: Any) -> bool:
+        """True for a text or list of an accepted length."""
+        return self.low <= len(value) <= self.high
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """The words that a text may be."""
+
+    words: tuple[str, ...]
+
+    def accepts(self, value: Any) -> bool:
+        """True for one of the words."""
+        return value in self.words
+
+
+@dataclass(frozen=True)
+class Base64:
+    """A text that encodes bytes."""
+
+    def accepts(self, value: Any) -> bool:
+        """True for base64 of an accepted length."""
+        return len(value) <= MAX_CHUNK_LENGTH and BASE64.fullmatch(value) is not None
+
+
+Number = Annotated[int, Range(0, 2**53)]
+"""A serial number that the client counts."""
+Side = Annotated[int, Range(1, 10_000)]
+"""A side of the client's window, CSS pixels."""
+Ratio = Annotated[float, Range(0.1, 10)]
+"""Device pixels per CSS pixel."""
+Place = Annotated[float, Range(-1e4, 1e4)]
+"""A coordinate in pixels from the image's top left corner; it may lie outside of the image."""
+Point = Annotated[list[float], Length(3, 3), Range(-1e9, 1e9)]
+"""A point of the world, metres."""
+Rotation = Annotated[list[float], Length(9, 9), Range(-1.001, 1.001)]
+"""The rotation camera_from_world, row by row."""
+Name = Annotated[str, Length(1000)]
+FileName = Annotated[str, Length(1000, 1)]
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message of a client. `KIND` is its `type` in JSON."""
+
+    KIND: ClassVar[str]
+
+
+@dataclass(frozen=True)
+class Hello(Message):
+    """Starts a session, or resumes the one with this id."""
+
+    KIND = "hello"
+    width: Side
+    height: Side
+    ratio: Ratio
+    session: Annotated[str, Length(64)]
+
+
+@dataclass(frozen=True)
+class Size(Message):
+    """The space for the image in the client's window."""
+
+    KIND = "size"
+    width: Side
+    height: Side
+    ratio: Ratio
+
+
+@dataclass(frozen=True)
+class Move(Message):
+    """The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels."""
+
+    KIND = "move"
+    seq: Number
+    R: Rotation
+    C: Point
+    fx: Annotated[float, Range(1e-9, 1e12)]
+    pivot: Point
+
+
+@dataclass(frozen=True)
+class Home(Message):
+    """Returns to the camera that the view started with."""
+
+    KIND = "home"
+    seq: Number
+
+
+@dataclass(frozen=True)
+class Locate(Message):
+    """Requests the ray of a place in the image, the surface point that it hits, and the bounds of that object."""
+
+    KIND = "locate"
+    id: Number
+    u: Place
+    v: Place
+
+
+@dataclass(frozen=True)
+class Ground(Message):
+    """Requests the height of two places above the ground, as a walk needs it."""
+
+    KIND = "ground"
+    id: Number
+    begin: Point
+    end: Point
+    foot: Annotated[float, Range(0, 1e9)]
+
+
+@dataclass(frozen=True)
+class LookThrough(Message):
+    """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
+
+    KIND = "camera"
+    name: Name
+
+
+@dataclass(frozen=True)
+class Time(Message):
+    """Sets the world's time in seconds, and the animation (empty for the first one)."""
+
+    KIND = "time"
+    t: Annotated[float, Range(0, 1e6)]
+    animation: Name
+
+
+@dataclass(frozen=True)
+class Variant(Message):
+    """Chooses a material variant; empty for the file's own materials."""
+
+    KIND = "variant"
+    name: Name
+
+
+@dataclass(frozen=True)
+class Lens(Message):
+    """Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model."""
+
+    KIND = "lens"
+    fx: Annotated[float, Range(1e-3, 1e7)]
+    fy: Annotated[float, Range(1e-3, 1e7)]
+    cx: Annotated[float, Range(-1e7, 1e7)]
+    cy: Annotated[float, Range(-1e7, 1e7)]
+    distortion: Annotated[list[float], Length(32), Range(-1e6, 1e6)]
+
+
+@dataclass(frozen=True)
+class Pose(Message):
+    """Sets the camera's location in metres and its angles in degrees."""
+
+    KIND = "pose"
+    location: Point
+    roll: Annotated[float, Range(-1e4, 1e4)]
+    pitch: Annotated[float, Range(-1e4, 1e4)]
+    yaw: Annotated[float, Range(-1e4, 1e4)]
+
+
+@dataclass(frozen=True)
+class Overlay(Message):
+    """Chooses the lines that are drawn over the image."""
+
+    KIND = "overlay"
+    cameras: bool
+    explained: bool
+    grid: bool
+
+
+@dataclass(frozen=True)
+class Edit(Message):
+    """Changes one property of an object or a light."""
+
+    KIND = "edit"
+    kind: Annotated[str, OneOf(("object", "light"))]
+    number: Annotated[int, Range(0, 10**6)]
+    key: Annotated[
+        str,
+        OneOf(
+            ("visible", "color", "roughness", "metallic", "emission", "move", "turn", "scale", "strength"),
+        ),
+    ]
+    value: (
+        bool
+        | Annotated[float, Range(-1e9, 1e9)]
+        | Annotated[str, Length(64)]
+        | Annotated[list[float], Length(4), Range(-1e9, 1e9)]
+    )
+
+
+@dataclass(frozen=True)
+class Select(Message):
+    """Selects an object, and the tool whose handles it shows."""
+
+    KIND = "select"
+    number: Annotated[int, Range(0, 10**6)]
+    tool: Annotated[str, OneOf(("none", *TOOLS))]
+
+
+@dataclass(frozen=True)
+class Gizmo(Message):
+    """A drag of a handle between two places of the image; a stroke's messages are one undo step."""
+
+    KIND = "gizmo"
+    handle: Annotated[str, OneOf(HANDLES)]
+    stroke: Number
+    begin: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]
+    end: Annotated[list[float], Length(2, 2), Range(-1e4, 1e4)]
+
+
+@dataclass(frozen=True)
+class Undo(Message):
+    """Undoes the last edit."""
+
+    KIND = "undo"
+
+
+@dataclass(frozen=True)
+class Redo(Message):
+    """Repeats the edit that was undone last."""
+
+    KIND = "redo"
+
+
+@dataclass(frozen=True)
+class Channel(Message):
+    """Chooses the channel that is shown."""
+
+    KIND = "channel"
+    name: Annotated[str, OneOf(tuple(CHANNELS))]
+
+
+@dataclass(frozen=True)
+class Display(Message):
+    """Sets exposure (stops) and view transform of the saved and the moving images."""
+
+    KIND = "display"
+    exposure: Annotated[float, Range(-100, 100)]
+    view: Annotated[str, OneOf(tuple(VIEWS))]
+
+
+@dataclass(frozen=True)
+class Quality(Message):
+    """Chooses the integrator of the still image."""
+
+    KIND = "quality"
+    integrator: Literal["direct", "path"]
+
+
+@dataclass(frozen=True)
+class Probe(Message):
+    """Requests the values of a pixel."""
+
+    KIND = "probe"
+    id: Number
+    u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
+    v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+
+
+@dataclass(frozen=True)
+class Pick(Message):
+    """Reports a clicked pixel to the callbacks of `Viewer.on_pick`."""
+
+    KIND = "pick"
+    u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
+    v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+
+
+@dataclass(frozen=True)
+class Explain(Message):
+    """Requests the explanation of a pixel."""
+
+    KIND = "explain"
+    id: Number
+    u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
+    v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+
+
+@dataclass(frozen=True)
+class Snapshot(Message):
+    """Requests a file of the still image or of the world."""
+
+    KIND = "snapshot"
+    format: Literal["png", "html", "npz", "glb", "toml"]
+
+
+@dataclass(frozen=True)
+class Film(Message):
+    """Requests a video: a turn around the pivot, or the world's own movement for 0 degrees."""
+
+    KIND = "film"
+    seconds: Annotated[float, Range(0.1, 60)]
+    degrees: Annotated[float, Range(-720, 720)]
+
+
+@dataclass(frozen=True)
+class Stop(Message):
+    """Stops the video that is being rendered."""
+
+    KIND = "stop"
+
+
+@dataclass(frozen=True)
+class Upload(Message):
+    """A piece of a dropped file; the pieces of a file come in order."""
+
+    KIND = "upload"
+    name: FileName
+    bytes: Annotated[int, Range(1, 2**28)]
+    offset: Annotated[int, Range(0, 2**28)]
+    data: Annotated[str, Base64()]
+
+
+@dataclass(frozen=True)
+class Open(Message):
+    """Opens an uploaded file as the world."""
+
+    KIND = "open"
+    name: FileName
+
+
+@dataclass(frozen=True)
+class Copy(Message):
+    """Requests the camera as text, or the command that renders the image."""
+
+    KIND = "copy"
+    format: Literal["python", "toml", "command", "opencv", "colmap"]
+
+
+@dataclass(frozen=True)
+class Acknowledge(Message):
+    """Confirms that an image arrived."""
+
+    KIND = "ack"
+    picture: Number
+
+
+@dataclass(frozen=True)
+class Visible(Message):
+    """Reports whether the page is visible; hidden pages receive no images."""
+
+    KIND = "visible"
+    visible: bool
+
+
+MESSAGES: dict[str, type[Message]] = {each.KIND: each for each in Message.__subclasses__()}
+"""The message classes by the `type` of their JSON."""

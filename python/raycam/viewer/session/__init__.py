@@ -1,0 +1,18 @@
+"""A client's session: its connection, what it views, and the images that it receives."""
+
+from .connection import Connection
+from .images import DEFAULT_SAMPLES, Images
+from .session import Session
+from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of
+
+__all__ = [
+    "DEFAULT_SAMPLES",
+    "MAX_STILL_SIZE",
+    "Connection",
+    "Images",
+    "Opened",
+    "Session",
+    "View",
+    "lens_of",
+    "pose_of",
+]

@@ -1,0 +1,77 @@
+"""The connection of a session to its client: messages out, and how many images are on their way."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+__all__ = ["MAX_UNACKNOWLEDGED", "Connection", "Send"]
+
+MAX_UNACKNOWLEDGED = 2
+"""Images on their way to a client at the same time."""
+
+Send = Callable[[dict[str, Any], Sequence[bytes]], None]
+
+
+class Connection:
+    """Sends messages to a client while one is connected."""
+
+    def __init__(self) -> None:
+        self.id = secrets.token_urlsafe(24)
+        """The session's id, with which a client resumes it."""
+        self.film_stop = threading.Event()
+        """Set to stop the video that is being rendered."""
+        self._send: Send | None = None
+        self._visible = True
+        self._sent = 0
+        self._acknowledged = 0
+
+    def open(self, send: Send) -> None:
+        """Sends messages by `send` from now on."""
+        self._send = send
+        self._sent = self._acknowledged = 0
+
+    def close(self) -> None:
+        """Drops the client; messages go nowhere until `open`."""
+        self._send = None
+
+    @property
+    def is_open(self) -> bool:
+        """True while a client is connected."""
+        return self._send is not None
+
+    @property
+    def is_ready(self) -> bool:
+        """True if the client is visible and can take another image."""
+        return self.is_open and self._visible and self._sent - self._acknowledged < MAX_UNACKNOWLEDGED
+
+    @property
+    def sent(self) -> int:
+        """Images sent to this client."""
+        return self._sent
+
+    @property
+    def acknowledged(self) -> int:
+        """Images that the client has confirmed."""
+        return self._acknowledged
+
+    def send(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
+        """Sends a message, if a client is connected."""
+        send = self._send
+        if send is not None:
+            send(message, buffers)
+
+    def number_image(self) -> int:
+        """The number of the next image, which the client will acknowledge."""
+        self._sent += 1
+        return self._sent
+
+    def acknowledge(self, number: int) -> None:
+        """Notes that the client has the images up to `number`."""
+        self._acknowledged = max(self._acknowledged, min(number, self._sent))
+
+    def set_visible(self, visible: bool) -> None:
+        """Pauses images while the page is hidden."""
+        self._visible = visible

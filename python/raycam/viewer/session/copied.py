@@ -1,0 +1,65 @@
+"""What `Copy` gives to the clipboard: the camera as text, or the command that renders the still image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...camera import Camera
+from ..scene.copies import FILES, camera_table, camera_text, render_command
+from .view import View
+
+__all__ = ["copied"]
+
+
+def copied(view: View, format: str, samples: int, notify: Callable[[str], None]) -> str:
+    """The view's camera as text with all digits, or its `raycam render` command.
+
+    `notify` receives what the text does not contain. Raises `FormatError` if the format cannot hold the camera.
+    """
+    if format == "command":
+        return _command(view, samples, notify)
+    if format in FILES:
+        text, notices = camera_text(view.camera, format)
+        for notice in notices:
+            notify(str(notice))
+        return text
+    if format == "python":
+        return f"camera = raycam.Camera.from_dict({view.camera.to_dict()!r}, up={view.camera.up!r})"
+    return camera_table(view.camera)
+
+
+def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
+    """The command that renders the still image, by the camera's name or by a calibration file that it writes first."""
+    opened = view.opened
+    if view.base is not opened.edits.opened:
+        notify(
+            "The command uses the file without the edits made here. Save TOML or Save GLB writes a file with them."
+        )
+    if opened.source is None:
+        notify("This world was not loaded from a file: replace the first word after render by a file name.")
+    settings = view.base.render_settings
+    name = "" if view.camera_name in opened.added else view.camera_name
+    width, height = view.size
+    options = {
+        "size": f"{width}x{height}",
+        "integrator": view.integrator,
+        "samples": samples,
+        "at": view.time if view.seconds > 0 else None,
+        "animation": view.animation or None,
+        "variant": view.variant or None,
+        "exposure": view.exposure if view.exposure != settings.get("exposure", 0.0) else None,
+        "view": view.transform if view.transform != settings.get("view", "standard") else None,
+    }
+    return render_command(opened.source or opened.title, name or _camera_at_start(view, notify), options)
+
+
+def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:
+    """The free camera before the video's motion, which `raycam render --at` applies to it."""
+    if view.base.video is None:
+        return view.camera
+    before = view.base.camera_at(view.camera, -view.time)
+    if not np.allclose(view.base.camera_at(before, view.time).P, view.camera.P, rtol=1e-9, atol=1e-9):
+        notify(f"The video moves its camera: at {view.time:.6g} s the command shows what that camera sees.")
+    return before

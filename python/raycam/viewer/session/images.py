@@ -1,0 +1,99 @@
+"""The images of a session: moving images at once, then a still image that gains samples."""
+
+from __future__ import annotations
+
+import time
+
+from ..._core import Cancel
+from ...render.frame import Frame
+from ..stills import COLORS, SAMPLED, Refinement, refinement
+from .pace import Pace
+from .view import View
+
+__all__ = ["DEFAULT_SAMPLES", "Images"]
+
+DEFAULT_SAMPLES = {"direct": 64, "path": 256}
+"""Samples per pixel of a finished still image."""
+
+
+class Images:
+    """Which images of the current version were shown, and the refinement of the still image."""
+
+    def __init__(self, samples: int | None = None, threads: int | None = None) -> None:
+        self.threads = threads
+        self.pace = Pace()
+        self.version = 0
+        """Counts the changes of the view; an image of an older version is never sent after one of a newer version."""
+        self.touched = 0.0
+        """The monotonic time of the last change."""
+        self.cancel = Cancel()
+        """Stops what is being rendered for this version."""
+        self.still: Frame | None = None
+        """The newest image with samples of this version."""
+        self._samples = samples
+        self._refinement: Refinement | None = None
+        self._moved = -1
+        self._shown: tuple[int, str] = (-1, "")
+
+    def restart(self) -> None:
+        """Starts a new version, whose first image is a moving one."""
+        self.version += 1
+        self.cancel.cancel()
+        self.cancel = Cancel()
+        self.touched = time.monotonic()
+        self._refinement = None
+        self.still = None
+
+    def delay(self, seconds: float) -> None:
+        """Waits before the next still image, after one that failed."""
+        self.touched = time.monotonic() + seconds
+
+    def samples_of(self, view: View) -> int:
+        """Samples per pixel at which the still image is finished."""
+        return self._samples or DEFAULT_SAMPLES[view.integrator]
+
+    def refinement_of(self, view: View) -> Refinement:
+        """The refinement of this version; a new one if necessary."""
+        if self._refinement is None:
+            self._refinement = refinement(
+                view.world,
+                view.still_camera,
+                view.integrator,
+                self.samples_of(view),
+                self.threads,
+                SAMPLED if view.channel == "error" else COLORS,
+            )
+        return self._refinement
+
+    @property
+    def progress(self) -> Refinement | None:
+        """The refinement of this version, if one has started."""
+        return self._refinement
+
+    def keep_still(self, version: int, frame: Frame) -> bool:
+        """Stores a still image, unless its version is out of date; returns whether it was stored."""
+        if version != self.version:
+            return False
+        self.still = frame
+        return True
+
+    @property
+    def is_moving(self) -> bool:
+        """True if no image of this version was shown yet."""
+        return self._moved != self.version
+
+    def mark_moved(self, version: int) -> None:
+        """Notes that a moving image of a version was sent."""
+        self._moved = version
+
+    def is_shown(self, channel: str | None = None) -> bool:
+        """True if a still image of this version was sent: of `channel`, or of any channel."""
+        return self._shown[0] == self.version and channel in (None, self._shown[1])
+
+    def mark_shown(self, version: int, channel: str) -> None:
+        """Notes that a still image of a version was sent."""
+        self._shown = (version, channel)
+
+    def show_again(self) -> None:
+        """Sends the still image again: the client chose another channel, or reconnected."""
+        self._shown = (-1, "")

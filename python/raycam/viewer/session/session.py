@@ -1,0 +1,314 @@
+"""A session: carries out a client's messages, and tells the client what changed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..._core import __version__
+from ...camera import Camera
+from ...errors import Error, SettingsError, WorldError
+from ...explanation.scene_figure import Line
+from ...notices import collected
+from ...world import World
+from .. import client_messages as messages
+from ..client_messages import MAX_IMAGE_SIZE, Message
+from ..files.uploads import Uploads
+from ..probe import ground_below, locate
+from ..scene.edits import Edits
+from ..scene.overlay import MAX_CAMERAS
+from ..scene.selection import Selection
+from ..stills import SAMPLED, TRUTH
+from .connection import Connection
+from .images import Images
+from .overlays import Overlays
+from .view import Opened, View
+
+__all__ = ["Session"]
+
+
+class Session:
+    """One client: its connection, its view and its images. Messages come from one thread, images from another."""
+
+    def __init__(
+        self,
+        world: World | Edits,
+        camera: Camera | None = None,
+        *,
+        integrator: str | None = None,
+        samples: int | None = None,
+        size: tuple[int, int] | None = None,
+        title: str = "raycam",
+        threads: int | None = None,
+        source: Path | None = None,
+        added: frozenset[str] = frozenset(),
+        allows_open: bool = False,
+        start: dict[str, Any] | None = None,
+        picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
+    ) -> None:
+        """Starts with `camera` (default: the world's default camera) and the values in `start`, see `View.start`.
+
+        `picked` is called for each clicked pixel. Raises `SettingsError` for unknown values.
+        """
+        if size is not None and (size[0] > MAX_IMAGE_SIZE[0] or size[1] > MAX_IMAGE_SIZE[1]):
+            raise SettingsError(
+                f"size {size[0]} x {size[1]} is too large for a view: the limit is {MAX_IMAGE_SIZE[0]} x "
+                f"{MAX_IMAGE_SIZE[1]}; raycam.render creates larger images"
+            )
+        edits = world if isinstance(world, Edits) else Edits(world)
+        opened = Opened(edits, title, source, added, camera)
+        self.connection = Connection()
+        self.images = Images(samples, threads)
+        self.uploads = Uploads()
+        self.allows_open = allows_open
+        self.lock = threading.Lock()
+        """Held while the view and its version change together."""
+        self.view = View.start(opened, integrator=integrator, fixed_size=size, start=start)
+        self.selection = Selection(edits)
+        self.overlays = Overlays()
+        self._picked = picked
+        self._changes = threading.RLock()
+        self._last_move = 0
+        self._outline: tuple[Any, ...] = ()
+        edits.listen(self)
+
+    # The view ---------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> tuple[View, int]:
+        """The view and its version, which belong together."""
+        with self.lock:
+            return self.view, self.images.version
+
+    def show(self, view: View) -> None:
+        """Shows another view: restarts the images if they change, and tells the client what is new."""
+        with self._changes:
+            before = self.view
+            with self.lock:
+                self.view = view
+                if not view.renders_like(before) or self.images.version == 0:
+                    self.images.restart()
+            if view.opened.edits is not before.opened.edits:
+                before.opened.edits.forget(self)
+                view.opened.edits.listen(self)
+                self.selection = Selection(view.opened.edits)
+            if view.world is not before.world or view.integrator != before.integrator:
+                self.overlays = replace(self.overlays, rays=())
+            if view.outline() != self._outline:
+                self.greet()
+            elif (
+                view.camera is not before.camera
+                or view.bounds is not before.bounds
+                or view.size != before.size
+            ):
+                self.send_camera()
+
+    def greet(self) -> None:
+        """Sends everything that a client needs to know about the view."""
+        self._outline = self.view.outline()
+        self.connection.send(self.welcome())
+        self.connection.send(self.view.opened.edits.about())
+
+    def welcome(self) -> dict[str, Any]:
+        """The message `welcome`, which starts a session or announces another world."""
+        return {
+            "type": "welcome",
+            "version": __version__,
+            "session": self.connection.id,
+            "opens": self.allows_open,
+            "overlay": {
+                "cameras": self.overlays.cameras,
+                "explained": self.overlays.explained,
+                "grid": self.overlays.grid,
+            },
+            **self.view.welcome(),
+            **self.about(),
+            "camera": self.view.camera_message(self._last_move),
+        }
+
+    def about(self) -> dict[str, Any]:
+        """The camera as text, and the notices of the world and the still image."""
+        still = self.images.still
+        notices = [*self.view.world.notices, *(() if still is None else still.notices)]
+        return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
+
+    def send_camera(self) -> None:
+        """Sends the camera that the view has now."""
+        self.connection.send(self.view.camera_message(self._last_move))
+
+    def rebase(self) -> None:
+        """Shows the world after an edit, or another world from a script."""
+        with self._changes:
+            self.show(self.view.rebased())
+        self.connection.send(self.view.opened.edits.about())
+        self.connection.send(self.selection.about())
+
+    def follow(self, other: Session) -> None:
+        """Shows what another session shows, in this client's own size."""
+        with self._changes:
+            mine = self.view
+            self.show(replace(other.view, space=mine.space, fixed_size=mine.fixed_size))
+
+    def open_upload(self, name: str) -> None:
+        """Opens an uploaded file for this client. Raises `SettingsError` and the errors of `raycam.load`."""
+        self._require_open()
+        with collected():
+            world = self.uploads.open(name)
+        edits = Edits(world, allowed=self.view.opened.edits.allowed)
+        view = View.start(Opened(edits, name), fixed_size=self.view.fixed_size)
+        with self._changes:
+            self.show(replace(view, space=self.view.space))
+
+    def _require_open(self) -> None:
+        if not self.allows_open:
+            raise SettingsError("this view cannot open files: start it with --allow-open (allow_open=True)")
+
+    # Messages ---------------------------------------------------------------------------------------------
+
+    def receive(self, message: Message) -> None:
+        """Carries out a message. Raises `raycam.Error` for names that do not exist."""
+        with self._changes:
+            self.ACTIONS[type(message)](self, message)
+
+    def _resize(self, message: messages.Size) -> None:
+        space = (
+            max(1, round(message.width * message.ratio)),
+            max(1, round(message.height * message.ratio)),
+        )
+        self.show(replace(self.view, space=space))
+
+    def _move(self, message: messages.Move) -> None:
+        self._last_move = message.seq
+        try:
+            view = self.view.moved(
+                np.reshape(message.R, (3, 3)),
+                np.array(message.C, float),
+                message.fx,
+                np.array(message.pivot, float),
+            )
+        except Error:
+            self.send_camera()  # the client returns to the last pose that was valid
+            raise
+        self.show(view)
+
+    def _go_home(self, message: messages.Home) -> None:
+        self._last_move = message.seq
+        self.show(self.view.at_home())
+        self.send_camera()
+
+    def _locate(self, message: messages.Locate) -> None:
+        found = locate(self.view.world, self.view.still_camera, message.u, message.v)
+        self.connection.send({"type": "answer", "id": message.id, **found})
+
+    def _find_ground(self, message: messages.Ground) -> None:
+        view = self.view
+        below = [
+            ground_below(view.world, view.camera, np.array(place, float), message.foot)
+            for place in (message.begin, message.end)
+        ]
+        self.connection.send({"type": "answer", "id": message.id, "below": below})
+
+    def _choose_channel(self, message: messages.Channel) -> None:
+        if message.name not in (*SAMPLED, *TRUTH):
+            raise WorldError(f"channel {message.name} is not available in the live view")
+        with self.lock:
+            self.images.show_again()
+        self.show(replace(self.view, channel=message.name))
+
+    def _set_display(self, message: messages.Display) -> None:
+        self.show(replace(self.view, exposure=float(message.exposure), transform=message.view))
+
+    def _set_overlay(self, message: messages.Overlay) -> None:
+        count = len(self.view.base.cameras)
+        if message.cameras and not self.overlays.cameras and count > MAX_CAMERAS:
+            self.notify(f"Showing the first {MAX_CAMERAS} of {count:,} cameras.")
+        self.overlays = replace(
+            self.overlays, cameras=message.cameras, explained=message.explained, grid=message.grid
+        )
+        self.redraw()
+
+    def _select(self, message: messages.Select) -> None:
+        self.selection.choose(message.number, message.tool)
+        self.connection.send(self.selection.about())
+        self.redraw()
+
+    def _upload(self, message: messages.Upload) -> None:
+        self._require_open()
+        if self.uploads.add(message.name, message.bytes, message.offset, message.data):
+            self.notify(f"{message.name}: received {message.bytes:,} bytes.")
+
+    def _edit(self, message: messages.Edit) -> None:
+        self.view.opened.edits.edit(message.kind, message.number, message.key, message.value)
+
+    def _drag(self, message: messages.Gizmo) -> None:
+        self.selection.drag(self.view.still_camera, message, self.connection.id)
+
+    def _look_through(self, message: messages.LookThrough) -> None:
+        self.show(self.view.through(message.name))
+        self.send_camera()
+
+    def _set_lens(self, message: messages.Lens) -> None:
+        self.show(self.view.with_lens(message.fx, message.fy, message.cx, message.cy, message.distortion))
+
+    def _set_pose(self, message: messages.Pose) -> None:
+        self.show(self.view.with_pose(message.location, message.roll, message.pitch, message.yaw))
+
+    ACTIONS: ClassVar[dict[type[Message], Callable[[Session, Any], None]]] = {
+        messages.Size: _resize,
+        messages.Move: _move,
+        messages.Home: _go_home,
+        messages.Locate: _locate,
+        messages.Ground: _find_ground,
+        messages.LookThrough: _look_through,
+        messages.Channel: _choose_channel,
+        messages.Display: _set_display,
+        messages.Time: lambda self, message: self.show(self.view.at(message.t, message.animation)),
+        messages.Variant: lambda self, message: self.show(self.view.with_variant(message.name)),
+        messages.Lens: _set_lens,
+        messages.Pose: _set_pose,
+        messages.Overlay: _set_overlay,
+        messages.Select: _select,
+        messages.Upload: _upload,
+        messages.Gizmo: _drag,
+        messages.Edit: _edit,
+        messages.Undo: lambda self, message: self.view.opened.edits.undo(),
+        messages.Redo: lambda self, message: self.view.opened.edits.redo(),
+        messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),
+        messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
+        messages.Pick: lambda self, message: self._picked(self, message.u, message.v),
+        messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
+        messages.Stop: lambda self, message: self.connection.film_stop.set(),
+    }
+    """The action of each message; `answers` handles the others."""
+
+    # Lines over the image ---------------------------------------------------------------------------------
+
+    def show_rays(self, rays: list[Line], world: World) -> None:
+        """Draws the rays of an explained pixel over the image, unless the view shows another world than `world` now."""
+        with self._changes:
+            if self.view.world is not world:
+                return
+            self.overlays = replace(self.overlays, rays=tuple(rays))
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Sends the lines over the current image again."""
+        self.connection.send({"type": "overlay", "overlay": self.overlay(self.view)})
+
+    def overlay(self, view: View) -> list[dict[str, Any]]:
+        """The lines over the still image of a view."""
+        return [*self.overlays.drawn(view), *self.selection.handles(view.world, view.still_camera)]
+
+    # Answers ----------------------------------------------------------------------------------------------
+
+    def notify(self, text: str) -> None:
+        """Shows a notice in the client."""
+        self.connection.send({"type": "notice", "text": text})
+
+    def complain(self, text: str) -> None:
+        """Shows an error in the client."""
+        self.connection.send({"type": "error", "text": text})

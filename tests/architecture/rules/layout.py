@@ -1,0 +1,62 @@
+"""The order of folders in each crate and in the package: a place may import from those before it.
+
+A place is a folder, or a file without its ending. A file belongs to the longest place that holds it, so `scene/query`
+stands above `traverse`, and all else of `scene` below.
+"""
+
+ORDER = {
+    "bvh": """
+        error exact simd platform aabb ray node limits
+        build blas scene
+        traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
+        traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
+        scene/query lib
+    """,
+    "scene": """
+        error written up math color mesh texture material light camera animation render_options video model world schema
+        triangles lib
+    """,
+    "formats": """
+        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
+        asset_loader lib
+    """,
+    "calibration": """
+        document pose rig_mount record rig files folder picture_size intrinsics plausibility
+        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        radiance_fields datasets open_folder formats lib
+    """,
+    "render": """
+        error control memory thread_pool soa lobes sampling film settings prepare interaction bsdf light path_guiding
+        prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
+        queries render render_many progressive lib
+    """,
+    "web": """
+        failure request page lib
+    """,
+    "bindings": """
+        error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
+    """,
+    "python": """
+        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
+        reference render sensors annotations
+        interop data randomize jobs cluster video dataset calibration_check explanation viewer
+        info doctor bench demo cli
+        __main__ __init__ compat
+    """,
+}
+
+DELEGATIONS = {
+    "camera/camera.py": {"render/render.py", "world/world.py"},
+    "sensors/sensor.py": {"world/world.py"},
+    "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
+    "render/frame.py": {"render/composition.py", "viewer/page.py"},
+}
+"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`.
+
+Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
+"""
+
+
+def order_of(house: str) -> list[str]:
+    """Places of a crate, or of the Python package, from the bottom up."""
+    return ORDER[house].split()

@@ -1,0 +1,172 @@
+"""Sensors in rigs, videos and data sets; the depth of a wall in front of a sensor is a closed form."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+import support
+from raycam.dataset import write
+from raycam.sensors import describe_sensor, read_sensor, sample_sensor
+from raycam.video import VideoPlan
+from support.depth_sensor import DepthSensor
+
+AHEAD = [[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]
+"""camera_from_body of a camera that looks along the body's x axis."""
+
+
+def world() -> raycam.World:
+    """A wall: the plane x = 10, facing the origin."""
+    world = raycam.World()
+    corners = [[10.0, -50, -50], [10, 50, -50], [10, 50, 50], [10, -50, 50]]
+    world.add_mesh(corners, [[0, 2, 1], [0, 3, 2]], name="wall", category="wall")
+    world.add_light("sky", radiance=1)
+    return world
+
+
+def camera() -> raycam.Camera:
+    return raycam.Camera([[20.0, 0, 8], [0, 20, 6], [0, 0, 1]], AHEAD, [0, 0, 0], (16, 12))
+
+
+def rig(sensor: Any = None) -> raycam.Rig:
+    return raycam.Rig({"left": camera(), "depth": sensor or DepthSensor()})
+
+
+def turned(degrees: float) -> np.ndarray:
+    """The rotation body_from_world of a body turned to the left about z."""
+    angle = np.radians(degrees)
+    return np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+
+
+def test_camera_and_depth_sensor_implement_the_protocol() -> None:
+    assert isinstance(camera(), raycam.Sensor)
+    assert isinstance(DepthSensor(), raycam.Sensor)
+    assert not isinstance(object(), raycam.Sensor)
+
+
+def test_camera_sample_returns_the_arrays_of_render() -> None:
+    arrays = camera().sample(world(), frame=3, channels=["color", "depth"], samples=2)
+    frame = raycam.render(world(), camera(), frame=3, channels=["color", "depth"], samples=2)
+    assert list(arrays) == ["color", "depth"]
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(array, frame[name])
+
+
+def test_camera_pose_maps_the_camera_axes_to_the_world() -> None:
+    posed = camera().at_pose(camera().R @ turned(30), [1, 2, 3])
+    np.testing.assert_allclose(posed.pose[:3, 3], [1, 2, 3])
+    forward = posed.pose[:3, :3] @ [0, 0, 1]
+    np.testing.assert_allclose(forward, [np.cos(np.pi / 6), np.sin(np.pi / 6), 0], atol=1e-12)
+    with pytest.raises(raycam.CameraError, match="at_pose"):
+        posed.pose[0, 3] = 1
+
+
+@pytest.mark.parametrize(("direction", "lines"), [("down", 12), ("up", 12), ("right", 16), ("left", 16)])
+def test_times_of_a_rolling_shutter_are_those_at_which_points_appear(direction: Any, lines: int) -> None:
+    still = camera()
+    speed = 2.0
+    moved = still.at_pose(still.R, [speed, 0, 0])
+    rolling = still.moving(moved, exposure=0.25, readout=0.75, direction=direction)
+    assert rolling.times.shape == (lines,)
+    # The camera moves forward at 2 m/s: the origin of a line's rays gives its time.
+    origins, _ = rolling.rays()
+    along = origins[:, 0, 0] if direction in ("down", "up") else origins[0, :, 0]
+    np.testing.assert_allclose(rolling.times, along / speed - 0.5, atol=1e-12)
+    np.testing.assert_array_equal(still.times, [0.0])
+
+
+def test_rig_places_its_sensors_in_the_world() -> None:
+    mounted = DepthSensor().at_pose(turned(90), [0, 0, 1])  # looks to the body's left, 1 m above it
+    body = rig(mounted).at_pose(turned(-90), [2, 3, 4])  # the body looks along -y: its left is +x
+    sensor = body.sensors["depth"]
+    np.testing.assert_allclose(sensor.pose[:3, 3], [2, 3, 5], atol=1e-12)
+    arrays = sensor.sample(world())
+    # A ray with x = 1 in sensor axes reaches the wall x = 10 from x = 2 at t = 8.
+    np.testing.assert_allclose(arrays["depth"], np.full((3, 5), 8.0), atol=1e-9)
+    assert list(body) == ["left"]
+    assert list(body.sensors) == ["left", "depth"]
+    assert body.sensors["left"] == body["left"]
+
+
+def test_rig_with_sensors_is_restored_from_its_description() -> None:
+    made = rig(DepthSensor(noise=0.1)).at_pose(turned(10), [1, 2, 3])
+    again = raycam.Rig.from_dict(json.loads(json.dumps(made.to_dict())))
+    assert again == made
+    assert hash(again) == hash(made)
+    assert again != rig(DepthSensor(noise=0.2)).at_pose(turned(10), [1, 2, 3])
+    assert again.sensors["depth"].to_dict() == made.sensors["depth"].to_dict()
+    moving = made.moving(made.at_pose(made.R, [2, 2, 3]), exposure=0.1)
+    assert list(moving.sensors) == list(moving.still().sensors) == ["left", "depth"]
+    np.testing.assert_allclose(moving.sensors["depth"].pose[:3, 3], [1.5, 2, 3])
+
+
+def test_rig_refuses_an_object_that_is_not_a_sensor() -> None:
+    with pytest.raises(raycam.SettingsError, match="sample"):
+        raycam.Rig({"left": camera(), "top": 3})  # type: ignore[dict-item]
+
+
+def test_world_reports_sensors_of_a_rig_that_it_does_not_store() -> None:
+    with pytest.warns(raycam.Notice, match="depth"):
+        world().add_rig(rig())
+
+
+def test_sensor_of_a_local_class_cannot_be_described() -> None:
+    class Local(DepthSensor):
+        pass
+
+    with pytest.raises(raycam.SettingsError, match="Local"):
+        describe_sensor(Local())
+    with pytest.raises(raycam.SettingsError, match="absent"):
+        read_sensor({"type": "absent.module:Lidar", "description": {}})
+    assert read_sensor(describe_sensor(DepthSensor(noise=0.5))) == DepthSensor(noise=0.5)
+
+
+def test_sample_refuses_results_that_are_not_arrays() -> None:
+    class Broken(DepthSensor):
+        def sample(self, world: raycam.World, **_: Any) -> dict[str, Any]:
+            return {"depth": 3.0}
+
+    with pytest.raises(raycam.SettingsError, match="Broken"):
+        sample_sensor(Broken(), world())
+
+
+def test_video_samples_the_sensors_of_a_rig_at_each_frame() -> None:
+    moving = world()
+    table = [{"time": t, "rig": "rig", "location": [2 * t, 0, 0]} for t in (0, 1)]
+    with pytest.warns(raycam.Notice, match="depth"):
+        moving.add_rig(rig())
+    moving.set_video(fps=4, seconds=1, keyframe=table)
+    plan = VideoPlan(moving, "rig/left", samples=1)
+    for number in range(4):
+        arrays = plan.sample(number, rig())["depth"]
+        place = moving.rig_at(rig(), number / 4).C
+        np.testing.assert_allclose(arrays["world_from_sensor"][:3, 3], place, atol=1e-12)
+        np.testing.assert_allclose(arrays["depth"], np.full((3, 5), 10 - place[0]), atol=1e-9)
+    assert place[0] > 1.5
+
+
+@pytest.mark.parametrize("format", ["coco", "kitti", "webdataset"])
+def test_data_sets_contain_the_samples_of_a_rig(
+    format: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(support.__file__).parents[1]))  # for the workers
+    sensor = DepthSensor(noise=0.01, duration=0.2)
+    right = camera().at_pose(camera().R, [0, -0.1, 0])
+    body = raycam.Rig({"left": camera(), "right": right, "depth": sensor})
+    poses = [body.at_pose(turned(0), [x, 0, 0]) for x in (0.0, 1.0, 2.0)]
+    for name, workers in (("one", 1), ("two", 2)):
+        write(world(), tmp_path / name, format, cameras=poses, samples=1, workers=workers)
+    found = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.npz"))
+    assert [str(path) for path in found] == [f"sensors/depth/{number:06d}.npz" for number in (0, 2, 4)]
+    for path, x, number in zip(found, (0.0, 1.0, 2.0), (0, 2, 4), strict=True):
+        assert (tmp_path / "one" / path).read_bytes() == (tmp_path / "two" / path).read_bytes()
+        with np.load(tmp_path / "one" / path) as arrays:
+            noise = 0.01 * np.random.default_rng(number).standard_normal((3, 5))
+            np.testing.assert_allclose(arrays["depth"], 10 - x + noise, atol=1e-9)
+            np.testing.assert_array_equal(arrays["instance"], np.zeros((3, 5)))
+            np.testing.assert_array_equal(arrays["times"], sensor.times)
+            np.testing.assert_allclose(arrays["world_from_sensor"][:3, 3], [x, 0, 0])
