@@ -81,8 +81,11 @@ def test_notices_are_said_once_and_explain(tmp_path: Path) -> None:
     file.write_text(json.dumps(text))
     notices = raycam.load_cameras(file).notices
     assert len(notices) == 3
-    assert sum("of 7 frames" in notice for notice in notices) == 2
+    assert sum("of 7 frames" in str(notice) for notice in notices) == 2
     assert (
-        sum("applied_transform [0.0, 1.0" in notice and "applied_scale 0.5" in notice for notice in notices)
+        sum(
+            "applied_transform [0.0, 1.0" in str(notice) and "applied_scale 0.5" in str(notice)
+            for notice in notices
+        )
         == 1
     )

@@ -57,7 +57,9 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
 
     def tell(notice: str) -> None:
         told.append(notice)
-        if notice.startswith("no worker") and all(worker.poll() is not None for worker in engine.workers):
+        if str(notice).startswith("no worker") and all(
+            worker.poll() is not None for worker in engine.workers
+        ):
             engine.workers.append(engine.join())
 
     job = Job(tmp_path / "many", package())
@@ -72,7 +74,8 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     assert told.count(again) == 2
     waiting = [notice for notice in told if notice != again]
     assert all(
-        notice.startswith(f"no worker is at the Dask scheduler {engine.address}, for ") for notice in waiting
+        str(notice).startswith(f"no worker is at the Dask scheduler {engine.address}, for ")
+        for notice in waiting
     )
     assert 2 <= len(waiting) < 14  # seldom: each time after twice as long
     assert results(job.folder) == results(tmp_path / "one")
@@ -110,7 +113,7 @@ def test_those_that_cannot_make_frames_get_none_and_are_told_of(
         job.run(pool)
     for text in ("No module named 'raycam'", "made by raycam 0.1.0, this is 99.0"):
         assert text in str(fault.value)
-        assert [notice for notice in pool.notices if text in notice]
+        assert [notice for notice in pool.notices if text in str(notice)]
     assert (job.status().finished, job.status().failed) == (0, {})
     assert [worker.poll() for worker in engine.workers] == [None, None]  # the cluster is not only ours
 

@@ -79,7 +79,7 @@ def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
     world.add_light("sky", radiance=0.5 * 2.0**power)
     camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
     notice = said(world, camera)
-    assert "100 % of the picture is beyond white" in notice
+    assert "100 % of the picture is beyond white" in str(notice)
     stops = float(notice.split("--exposure ")[1].split()[0])
     shown = raycam.render(world, camera, samples=4, exposure=stops)
     assert not shown.notices

@@ -59,16 +59,17 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         blind.extend(share.filter(|share| *share > 0.5).map(|share| (record, share)));
     }
     let mut notices = Vec::new();
+    let mut note = |message: String| notices.push(Notice::new(NoticeCode::Implausible, message));
     if let Some((record, cx, cy)) = outside.first() {
-        notices.push(Notice::new(NoticeCode::Implausible, format!(
+        note(format!(
             "the principal point of {} cameras is outside of the picture: camera {:?} has cx {cx:.6}, cy {cy:.6} of {:?}",
             outside.len(),
             record.name,
             record.size.unwrap_or_default()
-        )));
+        ));
     }
     if let Some((record, ratio, [width, height])) = resolution.first() {
-        notices.push(Notice::new(NoticeCode::Implausible, format!(
+        note(format!(
             "K of {} cameras seems to be that of another resolution: camera {:?} has its principal point in the middle \
              of {:.0} x {:.0}, and the pictures are {width} x {height}; if so, give the size that K belongs to and \
              resize (resized())",
@@ -76,26 +77,23 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             record.name,
             f64::from(*width) * ratio,
             f64::from(*height) * ratio
-        )));
+        ));
     }
     if let Some((record, [width, height])) = turned.first() {
-        notices.push(Notice::new(NoticeCode::Implausible, format!(
+        note(format!(
             "K of {} cameras seems to be that of the picture turned by a quarter: camera {:?} has its principal point in \
              the middle of {height} x {width}, and the pictures are {width} x {height}; if so, exchange the size, or fx and \
              fy, cx and cy",
             turned.len(),
             record.name
-        )));
+        ));
     }
     if let Some((record, share)) = blind.first() {
-        notices.push(Notice::new(
-            NoticeCode::Implausible,
-            format!(
-                "most pixels of {} cameras have no ray: {:.0} % of camera {:?}; the lens does not fit K and the size",
-                blind.len(),
-                100.0 * share,
-                record.name
-            ),
+        note(format!(
+            "most pixels of {} cameras have no ray: {:.0} % of camera {:?}; the lens does not fit K and the size",
+            blind.len(),
+            100.0 * share,
+            record.name
         ));
     }
     Ok(notices)

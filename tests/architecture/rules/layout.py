@@ -13,7 +13,7 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        error written up math color mesh texture material light camera animation render_options video model world schema
+        codes error_code notice error written up math color mesh texture material light camera animation render_options video model world schema
         triangles lib
     """,
     "formats": """
@@ -34,10 +34,10 @@ ORDER = {
         failure request page lib
     """,
     "bindings": """
-        error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
+        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
+        errors codes notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
         reference render sensors annotations
         interop data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor bench demo cli

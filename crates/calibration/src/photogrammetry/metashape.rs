@@ -125,22 +125,13 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     }
     let mut notice = |code, text: String| calibration.note(code, text);
     if let Some(first) = unplaced.first() {
-        notice(
-            NoticeCode::IgnoredElement,
-            format!(
-                "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",
-                unplaced.len()
-            ),
-        );
+        let count = unplaced.len();
+        let why = "without a transform (not aligned, or slaves of a rig)";
+        notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are left out: {first} ..."));
     }
     if slaves > 0 {
-        notice(
-            NoticeCode::PlacedCameras,
-            format!(
-                "{slaves} cameras of slave sensors stand by their masters, and by rotation and location of their sensors in \
-             the unit of the chunk"
-            ),
-        );
+        let place = "by their masters, and by rotation and location of their sensors in the unit of the chunk";
+        notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors stand {place}"));
     }
     if disabled > 0 {
         notice(NoticeCode::HiddenPart, format!("{disabled} cameras are disabled in Metashape, and kept"));

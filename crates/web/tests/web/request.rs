@@ -1,6 +1,7 @@
 //! Requests of pictures as JSON.
 
 use raycam_render::{Channel, Integrator, Settings};
+use raycam_scene::NoticeCode;
 use raycam_scene::render_options::RenderOptions;
 use raycam_web::request::settings;
 
@@ -18,7 +19,8 @@ fn what_is_not_asked_for_has_the_value_of_the_world_or_the_default() {
         ..Settings::default()
     };
     assert_eq!(found, expected);
-    assert!(notices[0].contains("time_limit = 2"), "{notices:?}");
+    assert_eq!(notices[0].code, NoticeCode::UnusedOption);
+    assert!(notices[0].message.contains("time_limit = 2"), "{notices:?}");
     let (found, _) = settings(r#"{"noise_threshold": 0.5}"#, &RenderOptions::default()).unwrap();
     assert_eq!((found.samples, found.integrator), (1 << 14, Integrator::Direct));
     assert_eq!(found.channels.len(), Channel::all().count());
