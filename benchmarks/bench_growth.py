@@ -35,7 +35,7 @@ def seconds(triangles: int, pixels: int, samples: int, lights: int) -> tuple[flo
     ]
     world.add_mesh(grid, [face for a, b, c, d in corners for face in ((a, b, d), (a, d, c))])
     for number in range(lights):
-        world.add_light({"type": "bulb", "position": [number / lights, 0.3, 1], "power": [9 / lights] * 3})
+        world.add_light({"type": "point", "position": [number / lights, 0.3, 1], "power": [9 / lights] * 3})
     height = round((pixels * 3 / 4) ** 0.5)
     camera = raycam.Camera.look_at([0.5, -0.6, 0.8], [0.5, 0.5, 0], size=(height * 4 // 3, height), fov=60)
     start = time.perf_counter()

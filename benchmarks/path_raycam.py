@@ -41,7 +41,7 @@ def picture(scene: Scene, size: tuple[int, int]) -> Any:
         elif "image" in light:
             world.add_light({"type": "environment", "image": light["image"]})
         elif "bulb" in light:
-            world.add_light({"type": "bulb", "position": light["bulb"], "intensity": light["intensity"]})
+            world.add_light({"type": "point", "position": light["bulb"], "intensity": light["intensity"]})
         elif "sun" in light:
             world.add_light({"type": "sun", "direction": light["sun"], "irradiance": light["irradiance"]})
         else:

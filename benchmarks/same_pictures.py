@@ -73,8 +73,8 @@ LIGHTS: dict[str, list[dict[str, Any]]] = {
     "sun": [
         {"type": "sun", "direction": [-1, 0.5, -2], "irradiance": [3, 2.8, 2.5], "angular_diameter": 0.53}
     ],
-    "bulb": [{"type": "bulb", "position": [1.5, -1, 2], "intensity": [6, 5, 4]}],
-    "globe": [{"type": "bulb", "position": [1.5, -1, 2], "power": [60, 55, 50], "radius": 0.2}],
+    "bulb": [{"type": "point", "position": [1.5, -1, 2], "intensity": [6, 5, 4]}],
+    "globe": [{"type": "point", "position": [1.5, -1, 2], "power": [60, 55, 50], "radius": 0.2}],
     "spot": [
         {
             "type": "spot",
@@ -91,7 +91,7 @@ LIGHTS: dict[str, list[dict[str, Any]]] = {
     "daylight": [{"type": "daylight", "direction": [-1, 0.5, -1], "turbidity": 3}],
     "several": [
         {"type": "sky", "radiance": [0.1, 0.1, 0.15]},
-        {"type": "bulb", "position": [1.5, -1, 2], "intensity": [6, 5, 4]},
+        {"type": "point", "position": [1.5, -1, 2], "intensity": [6, 5, 4]},
         {"type": "area", "position": [-1, 0, 3], "u": [1, 0, 0], "v": [0, -1, 0], "radiance": [4, 4, 7]},
     ],
 }

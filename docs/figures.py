@@ -215,7 +215,7 @@ def channels() -> Image:
 def lights() -> Image:
     """A sun, a point bulb, a round bulb and a sky."""
     dim = {"type": "sky", "radiance": [0.05, 0.06, 0.08]}
-    bulb = {"type": "bulb", "position": [-0.6, -1.6, 2.4], "power": [150, 130, 105]}
+    bulb = {"type": "point", "position": [-0.6, -1.6, 2.4], "power": [150, 130, 105]}
     ways = (
         ([SUN | {"irradiance": [3.4, 3.2, 2.9]}, dim], {}),
         ([bulb, dim], {}),

@@ -26,6 +26,6 @@ frame = raycam.render(sunny, camera, samples=16, ambient_occlusion=True)
 frame.save("sunny.png")
 
 night = room()
-night.add_light({"type": "bulb", "position": [-1.0, -1.4, 2.2], "power": [140, 95, 55], "radius": 0.15})
+night.add_light({"type": "point", "position": [-1.0, -1.4, 2.2], "power": [140, 95, 55], "radius": 0.15})
 night.add_light({"type": "sky", "radiance": [0.01, 0.014, 0.03]})
 raycam.render(night, camera, samples=16).save("night.png")

@@ -160,7 +160,7 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
             copied("add_mesh"),
             {"vertices": VERTICES, "faces": TRIANGLES, "material": {"color": [1, 1, 1]}},
         ),
-        "add_light": (copied("add_light"), {"type": "point", "location": [0, 0, 3], "intensity": [1, 1, 1]}),
+        "add_light": (copied("add_light"), {"type": "point", "position": [0, 0, 3], "intensity": [1, 1, 1]}),
         "add_studio": (copied("add_studio"), {"camera": camera, "ground": True}),
         "add_camera": (copied("add_camera"), {"name": "x", "camera": camera}),
         "set_object": (

@@ -184,12 +184,12 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
     "integrator": (
         lambda: raycam.render(box_world(), integrator="falt"),  # type: ignore[arg-type]
         raycam.SettingsError,
-        ["falt", "'flat'"],
+        ["falt", '"flat"'],
     ),
     "filter": (
         lambda: raycam.render(box_world(), filter="blackmanharris"),  # type: ignore[arg-type]
         raycam.SettingsError,
-        ["blackmanharris", "'blackman-harris'"],
+        ["blackmanharris", '"blackman-harris"'],
     ),
     "samples 0": (lambda: raycam.render(box_world(), samples=0), raycam.SettingsError, ["samples", "0", "1"]),
     "samples float": (

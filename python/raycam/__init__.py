@@ -101,7 +101,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "video")
+_MODULES = ("codes", "data", "dataset", "jobs", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 

@@ -124,10 +124,14 @@ class SettingsError(Error, ValueError):
 
 
 def nearest(what: str, given: object, valid: list[str]) -> str:
-    """The message for an unknown name: the nearest valid name, and all valid names."""
+    """Returns the message for an unknown name: the valid name that it means or resembles, and all valid names."""
     import difflib
 
-    names = {name.lower(): name for name in valid}
-    close = difflib.get_close_matches(str(given).lower(), names, n=1)
-    guess = f"; did you mean {names[close[0]]!r}?" if close else ""
+    from ._core import names_for_foreign_term
+
+    names, typed = {name.lower(): name for name in valid}, str(given).lower()
+    meant = names_for_foreign_term(typed, valid)
+    meant = meant or [names[name] for name in difflib.get_close_matches(typed, names, n=1)]
+    meant = meant or [name for name in valid if typed and name.lower().startswith(typed)]
+    guess = f"; did you mean {' or '.join(map(repr, meant))}?" if meant else ""
     return f"unknown {what} {given!r}{guess} (there are: {', '.join(valid) or 'none'})"

@@ -16,7 +16,7 @@ ENUMS = {
     "A material": ("MaterialModel", "MaterialType"),
     "A light": ("Light", "PreparedLight"),
     "A channel": ("Channel",),
-    "An integrator": ("Integrator", "IntegratorName"),
+    "An integrator": ("Integrator",),
 }
 
 
@@ -25,6 +25,7 @@ def test_common_additions_have_a_recipe() -> None:
         "A calibration format",
         "A file format",
         "A primitive",
+        "A render option",
         "A data set format",
         "A sensor",
         "A viewer control",

@@ -144,18 +144,48 @@ def test_what_is_no_path_is_named(path: object) -> None:
         raycam.load(path)  # type: ignore[arg-type]
 
 
-def test_words_of_other_programs_are_understood_with_a_hint() -> None:
+@pytest.mark.parametrize(
+    ("keys", "ours"),
+    [
+        ({"box": {}, "position": [1, 2, 3]}, "location"),
+        ({"cube": {}}, "box"),
+        ({"box": {}, "rotation": 1}, "yaw"),
+        ({"box": {}, "colr": 1}, "color"),
+        ({"box": {}, "zzz": 1}, "instance_of"),
+    ],
+)
+def test_object_keys_of_other_programs_are_refused_with_the_key_of_raycam(
+    keys: dict[str, Any], ours: str
+) -> None:
     world = raycam.World()
-    with pytest.warns(raycam.Notice, match="position is understood as location"):
-        world.add_object(box={}, position=[1, 2, 3])  # type: ignore[call-arg]
-    assert world.objects[0].matrix[:3, 3].tolist() == [1, 2, 3]
-    with pytest.warns(raycam.Notice, match="location is understood as position"):
-        world.add_light(type="point", location=[0, 0, 3], power=1)  # type: ignore[call-arg]
-    assert world.lights[0]["position"] == [0, 0, 3]
-    for key, near in (("rotation", "yaw"), ("colr", "color"), ("zzz", "instance_of")):
-        with pytest.raises(raycam.WorldError, match=near) as found:
-            world.add_object(box={}, **{key: 1})  # type: ignore[arg-type]
-        assert "there are: " in str(found.value)
+    with pytest.raises(raycam.WorldError, match=f'"?{ours}"?'):
+        world.add_object(**keys)
+    assert not world.objects
+
+
+@pytest.mark.parametrize(
+    ("kind", "word", "ours"),
+    [
+        ("point", "location", "position"),
+        ("sun", "power", "irradiance"),
+        ("sun", "strength", "irradiance"),
+        ("area", "watts", "radiance"),
+        ("environment", "intensity", "scale"),
+    ],
+)
+def test_light_keys_of_other_programs_are_refused_with_the_key_of_raycam(
+    kind: str, word: str, ours: str
+) -> None:
+    world = raycam.World()
+    with pytest.raises(raycam.WorldError, match=f'{word}.*did you mean "{ours}"'):
+        world.add_light(type=kind, **{word: 1})  # type: ignore[arg-type]
+    assert not world.lights
+
+
+def test_shape_words_of_other_programs_are_refused_with_the_shape_of_raycam() -> None:
+    for word, ours in (("cube", "box"), ("ball", "sphere")):
+        with pytest.raises(raycam.WorldError, match=f"did you mean '{ours}'"):
+            raycam.World().add_object(word)
 
 
 @pytest.mark.parametrize("name", ["red", "Tomato", "rebeccapurple", "lightgoldenrodyellow", "#c83c28"])

@@ -54,10 +54,10 @@ def test_a_model_with_a_lamp_of_its_own_is_told_of_the_studio(
     world.add_light("sun", direction=[0, -1, -1], irradiance=2)
     world.to_gltf(folder / "lit.glb")
     assert run(f"render lit.glb {SMALL}") == 0
-    assert "lit by the 1 light of its file alone; --studio" in capsys.readouterr().err
+    assert "--studio" in capsys.readouterr().err
     dark = picture("lit.png").mean()
     assert run(f"render lit.glb {SMALL} --studio") == 0
-    assert "of its file alone" not in capsys.readouterr().err
+    assert "--studio" not in capsys.readouterr().err
     assert picture("lit.png").mean() > 2 * dark
 
 
@@ -122,7 +122,7 @@ def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with np.load("g.npz") as read:
         assert (read["instance"] == 1).any()
     assert run("render spot.toml -o s.png --studio --size 48x30 --samples 1") == 0
-    assert "added to 2 of the world" in capsys.readouterr().err
+    assert "2 lights" in capsys.readouterr().err
 
 
 def test_shadows_on_a_clear_background(folder: Path) -> None:
@@ -231,25 +231,25 @@ def test_the_up_axis_of_an_obj_file(folder: Path, capsys: pytest.CaptureFixture[
     Path("a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
     command = f"render a.obj -o a.npz --channels depth {SMALL}"
     assert run(command) == 0
-    assert "y up" in capsys.readouterr().err
+    assert "--up z" in capsys.readouterr().err
     with np.load("a.npz") as read:
         assert -read["R"][1][1] > 0.8
     assert run(f"{command} --up z") == 0
-    assert "y up" not in capsys.readouterr().err
+    assert "--up" not in capsys.readouterr().err
     with np.load("a.npz") as read:
         assert -read["R"][1][2] > 0.8
 
 
 ERRORS = {
-    "render ball.glb --hdri-rotation 3": "--hdri FILE, which is missing",
-    "render ball.glb --sun 1 2 --integrator flat": "does not show",
+    "render ball.glb --hdri-rotation 3": "--hdri FILE",
+    "render ball.glb --sun 1 2 --integrator flat": "--sun",
     "render ball.glb --background blu": "no colour and no .png",
-    "render ball.glb --background white --channels depth -o a.npz": "behind the channel color",
-    "render ball.glb --background white --workers 2": "goes without --workers",
-    "render ball.glb --camera camera.yaml --fov 20": "the field of view is that of --camera",
-    "render ball.glb --turntable -o a.png": "makes a video",
-    "render ball.glb --turntable --region 0,0,1,1": "goes without --turntable",
-    "video ball.glb -o a.mp4 --background white": "takes transparent",
+    "render ball.glb --background white --channels depth -o a.npz": "requested channels: depth",
+    "render ball.glb --background white --workers 2": "--workers",
+    "render ball.glb --camera camera.yaml --fov 20": "--camera",
+    "render ball.glb --turntable -o a.png": ".mp4",
+    "render ball.glb --turntable --region 0,0,1,1": "--turntable",
+    "video ball.glb -o a.mp4 --background white": "transparent",
     "render spot.toml --up y": "at its top",
     "render bal.glb": "did you mean ball.glb",
 }
@@ -267,14 +267,20 @@ def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) 
     [
         (
             "render ball.glb --turntable --fps 12",
-            r"--fps 12; raycam video has --fps \(see raycam render --help",
+            r"--fps 12; .*raycam video \(see raycam render --help",
         ),
         ("render ball.glb --sampels 3", r"did you mean --samples\? \(see raycam render --help"),
-        ("dataset a.toml -o x --hdri a.hdr", "raycam render, raycam video have --hdri"),
+        ("render ball.glb --sample 3", r"did you mean --samples\?"),
+        ("render ball.glb --max 3", r"did you mean --max-depth\?"),
+        ("render ball.glb --sample=3", r"did you mean --samples\?"),
+        ("render ball.glb --spp 3", r"did you mean --samples\?"),
+        ("render ball.glb --bounces 3", r"did you mean --max-depth\?"),
+        ("video ball.glb --noise 1", r"did you mean --noise-threshold\?"),
+        ("dataset a.toml -o x --hdri a.hdr", "--hdri .*raycam render, raycam video"),
         ("info ball.glb other.glb", "unrecognized arguments: other.glb \\(see raycam info --help"),
     ],
 )
-def test_unknown_options_name_the_way_on(
+def test_unknown_options_name_the_option_that_was_meant(
     folder: Path, capsys: pytest.CaptureFixture[str], command: str, said: str
 ) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -12,7 +12,7 @@ def room(albedo: float) -> raycam.World:
     world = raycam.World()
     world.add_object(box={"size": 4}, color=[albedo, albedo / 2, 0.1], name="room")
     world.add_object(box={"size": 0.6}, location=[0.5, 0.5, -1], color=[0.2, 0.6, 0.3], name="crate")
-    world.add_light({"type": "bulb", "position": [0.5, -0.6, 1], "power": 40})
+    world.add_light({"type": "point", "position": [0.5, -0.6, 1], "power": 40})
     return world
 
 

@@ -12,7 +12,7 @@ from raycam.explanation.lighting import material_of
 EYE = np.array([4.0, -3.0, 2.0])
 LIGHTS: dict[str, list[dict[str, Any]]] = {
     "sun": [{"type": "sun", "direction": [-1, 1, -2], "irradiance": [3, 2, 1]}],
-    "bulb": [{"type": "bulb", "position": [2, -2, 2], "power": [60, 50, 40]}],
+    "bulb": [{"type": "point", "position": [2, -2, 2], "power": [60, 50, 40]}],
     "spot": [
         {
             "type": "spot",
@@ -149,4 +149,4 @@ def test_other_materials_have_the_renderers_terms(material: dict[str, Any]) -> N
 def test_materials_are_told_by_triangle() -> None:
     world = made_world([], type="principled", roughness=0.3, metallic=0.5)
     assert material_of(world, 0, 11)["values"]["roughness"]["value"] == pytest.approx(0.3)
-    assert material_of(world, 1, 1)["model"] == "lecture"
+    assert material_of(world, 1, 1)["model"] == "phong"

@@ -20,7 +20,7 @@ def world() -> raycam.World:
     made.add_object(box={"size": 1}, name="a <box> & more")
     made.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])
     made.add_light({"type": "sun", "direction": [-1, 1, -2], "irradiance": 3})
-    made.add_light({"type": "bulb", "position": [-2, 2, 1], "power": 50})
+    made.add_light({"type": "point", "position": [-2, 2, 1], "power": 50})
     return made
 
 

@@ -7,18 +7,19 @@ from typing import Any
 
 import pytest
 import raycam
-from raycam.io.other_names import TABLES
+from raycam import _core
 
 WORLD = raycam.World()
 CAMERA = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(4, 3), fov=40)
 FRAME = raycam.render(WORLD, CAMERA, channels="depth", samples=1)
+TABLES = {kind: dict(_core.foreign_terms(kind)) for kind in ("raycam", "World", "Frame", "Camera")}
 OWNERS: dict[str, Any] = {"raycam": raycam, "World": WORLD, "Frame": FRAME, "Camera": CAMERA}
 
 
 @pytest.mark.parametrize("kind", TABLES)
 def test_hints_are_of_names_that_exist_for_names_that_do_not(kind: str) -> None:
     for name, hint in TABLES[kind].items():
-        with pytest.raises(AttributeError, match=re.escape(f"no attribute {name!r}; it is {hint}")):
+        with pytest.raises(AttributeError, match=re.escape(f"no attribute {name!r}; use {hint}")):
             getattr(OWNERS[kind], name)
         for owner, attribute in re.findall(r"\b(raycam|world|frame|camera|Camera)\.(\w+)", hint):
             there = {
@@ -34,7 +35,7 @@ def test_hints_are_of_names_that_exist_for_names_that_do_not(kind: str) -> None:
 
 
 def test_a_channel_is_an_item() -> None:
-    with pytest.raises(AttributeError, match=re.escape('it is frame["depth"]')):
+    with pytest.raises(AttributeError, match=re.escape('use frame["depth"]')):
         FRAME.depth  # type: ignore[attr-defined]  # noqa: B018
 
 

@@ -219,7 +219,7 @@ def test_errors(photo: Path) -> None:
         lens().with_background(noise())  # type: ignore[arg-type]
     with pytest.raises(raycam.CameraError, match="cover"):
         raycam.Background(photo, fit="covers")  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match="behind the channel color"):
+    with pytest.raises(raycam.SettingsError, match="requested channels: depth"):
         raycam.render(world(), lens(), background=photo, channels="depth")
     with pytest.raises(raycam.SettingsError, match="one of them"):
         raycam.render(world(), lens(), background=photo, transparent_background=True)

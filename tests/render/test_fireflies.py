@@ -9,7 +9,7 @@ import pytest
 import raycam
 from raycam.notices import collected
 from raycam.render.fireflies import bright_pixels
-from raycam.render.render import request_of
+from raycam.render.request import image_request
 from scipy import ndimage
 
 SIDE = 0.004
@@ -44,7 +44,7 @@ def room(lamp: str, material: dict[str, Any]) -> raycam.World:
     elif lamp == "point 1":
         intensity = [3e5 * SIDE**2] * 3
         world.add_light(
-            {"type": "bulb", "position": [0.5, 1.5, 1], "radius": SIDE / 2, "intensity": intensity}
+            {"type": "point", "position": [0.5, 1.5, 1], "radius": SIDE / 2, "intensity": intensity}
         )
         world.add_mesh(
             *quad([0.5, 1.4, 1], [0.5, 0, 0], [0, 0, 0.5]), material={"color": [0, 0, 0]}, name="shield"
@@ -107,7 +107,7 @@ def test_share_of_the_brightest_sample() -> None:
     pixels = [(x, 40) for x in range(0, 64, 8)]
     for samples in (1, 16):
         for seen in (world, even):
-            request, _, _ = request_of(
+            request, _, _ = image_request(
                 seen,
                 {"integrator": "path", "samples": samples, "max_depth": 6},
                 names=["color"],

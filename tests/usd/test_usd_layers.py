@@ -311,3 +311,18 @@ def test_a_world_file_that_names_usd_says_what_to_do(tmp_path: Path, how: str) -
     }
     with pytest.raises(raycam.FormatError, match=r"a\.usda.*raycam\.load.*to_gltf"):
         read[how]()
+
+
+def test_matrix_applies_to_the_axes_of_a_stage(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda", "Y")
+    square(made, points=[(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)])
+    made.Save()
+    matrix = np.array([[0.0, -1, 0, 4], [1, 0, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]])
+    world = raycam.World("z")
+    with pytest.warns(raycam.Notice, match="matrix"):
+        world.add_object(mesh=str(tmp_path / "a.usda"), matrix=matrix)
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]]) @ matrix[:3, :3].T + matrix[:3, 3]
+    np.testing.assert_allclose(world.bounds, [corners.min(axis=0), corners.max(axis=0)], atol=1e-6)
+    turned = raycam.World("z")
+    turned.add_object(mesh=str(tmp_path / "a.usda"), matrix=np.eye(4), upright=True)
+    np.testing.assert_allclose(turned.bounds, [[0, 0, 0], [1, 0, 2]], atol=1e-6)

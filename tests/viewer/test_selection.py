@@ -63,4 +63,4 @@ def test_the_material_is_told(small_world: raycam.World) -> None:
     selection.choose(0, "none")
     material = selection.about()["material"]
     assert material["color"] == "#c83c28"
-    assert (material["model"], material["emission"], material["textured"]) == ("lecture", 0, False)
+    assert (material["model"], material["emission"], material["textured"]) == ("phong", 0, False)

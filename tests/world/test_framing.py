@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -144,3 +144,60 @@ def test_a_model_that_is_not_there(asked: str, there: list[str], said: str, tmp_
         (tmp_path / name).touch()
     with pytest.raises(FileNotFoundError, match=said):
         raycam.load(tmp_path / asked)
+
+
+def share_of(world: raycam.World, name: str, camera: raycam.Camera) -> float:
+    """The fraction of pixels that show the object."""
+    number = next(item.id for item in world.objects if item.name == name)
+    return float((raycam.render(world, camera, channels="instance")["instance"] == number).mean())
+
+
+GROUNDS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "small": {"size": 8.0},
+    "renamed": {"name": "floor", "color": "red"},
+    "shadow catcher": {"shadow_catcher": True, "name": "catcher"},
+    "lower": {"height": -3.0},
+}
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+@pytest.mark.parametrize("kind", GROUNDS)
+def test_cameras_frame_the_objects_and_not_the_ground(kind: str, up: Any, tmp_path: Path) -> None:
+    world = raycam.World(up)
+    world.add_object("sphere", radius=1, name="ball")
+    expected = world.view_from("iso")
+    share = share_of(world, "ball", world.default_camera())
+    assert share > 0.3
+    world.add_ground(**GROUNDS[kind])
+    assert world.view_from("iso") == expected
+    assert share_of(world, "ball", world.default_camera()) == pytest.approx(share, abs=0.01)
+    again = raycam.World.from_bytes(world.to_bytes())
+    assert again.view_from("iso") == expected
+    world.to_gltf(tmp_path / "world.glb")
+    read = raycam.load(tmp_path / "world.glb")
+    assert share_of(read, "ball", read.default_camera()) == pytest.approx(share, abs=0.01)
+
+
+def test_studio_floor_is_as_large_as_without_a_ground() -> None:
+    sides = []
+    for ground in (False, True):
+        world = raycam.World()
+        world.add_object("sphere", radius=1, name="ball")
+        if ground:
+            world.add_ground()
+        world.add_studio()
+        floor = next(item.id for item in world.objects if item.name == "studio floor")
+        sides.append(np.ptp(world.triangles(floor).reshape(-1, 3), axis=0))
+    np.testing.assert_array_equal(*sides)
+
+
+def test_ground_alone_and_tables_are_framed() -> None:
+    world = raycam.World()
+    world.add_ground(height=0.0, size=2.0)
+    assert share_of(world, "ground", world.default_camera()) > 0.1
+    table = raycam.World()
+    table.add_object(plane={"size": [2.0, 2.0]}, name="table")
+    table.add_object("sphere", radius=0.25, name="ball", location=[0, 0, 0.25])
+    assert share_of(table, "table", table.default_camera()) > 0.1
+    assert share_of(table, "ball", table.default_camera()) < 0.1

@@ -434,3 +434,15 @@ def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
     huge.add_mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * 1e39, [[0, 1, 2]])
     with pytest.raises(raycam.WorldError, match="vertex 0"):
         huge.cast_rays([0, 0, 1], [0, 0, -1])
+
+
+def test_unknown_limits_of_rays_raise_with_the_valid_names() -> None:
+    world = raycam.World()
+    world.add_object("box")
+    ray = ([0.0, 0, 5], [0.0, 0, -1])
+    for call in (world.cast_rays, world.occluded, world.intersections, world.count_intersections):
+        with pytest.raises(raycam.SettingsError, match="t_min"):
+            call(*ray, tmin=1.0)  # type: ignore[call-arg]
+    for call in (world.intersections, world.count_intersections):
+        with pytest.raises(raycam.SettingsError, match="exact"):
+            call(*ray, exact=False)  # type: ignore[call-arg]

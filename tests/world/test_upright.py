@@ -87,3 +87,48 @@ def test_normals_turn_along(tmp_path: Path) -> None:
 def test_upright_is_for_files() -> None:
     with pytest.raises(raycam.WorldError, match=r"upright.*mesh"):
         raycam.World().add_object(box={}, upright=True)
+
+
+TRANSFORM = np.array([[0.0, -1, 0, 4], [1, 0, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]])
+
+
+def test_matrix_applies_to_the_axes_of_the_file(tower: Path) -> None:
+    loaded = np.asarray(trimesh.load(tower, force="mesh").triangles)
+    expected = loaded @ TRANSFORM[:3, :3].T + TRANSFORM[:3, 3]
+    world = raycam.World("z")
+    with pytest.warns(raycam.Notice, match="matrix"):
+        world.add_object(mesh=tower, matrix=TRANSFORM)
+    assert len(world.notices) == 1
+    for item in world.objects:
+        assert world.triangles(item.id) == pytest.approx(expected, abs=1e-6)
+        assert np.array_equal(item.matrix, TRANSFORM)
+
+
+@pytest.mark.parametrize("upright", [True, False])
+def test_upright_decides_before_a_matrix_is_applied(tower: Path, upright: bool) -> None:
+    loaded = np.asarray(trimesh.load(tower, force="mesh").triangles)
+    turned = loaded @ TURNED.T if upright else loaded
+    world = raycam.World("z")
+    world.add_object(mesh=tower, matrix=TRANSFORM, upright=upright)
+    assert world.triangles() == pytest.approx(turned @ TRANSFORM[:3, :3].T + TRANSFORM[:3, 3], abs=1e-6)
+    assert len(world.notices) == int(upright)
+
+
+def test_matrix_in_a_y_up_world_has_no_notice(tower: Path) -> None:
+    world = raycam.World("y")
+    world.add_object(mesh=tower, matrix=TRANSFORM)
+    assert world.notices == []
+
+
+def test_world_files_and_changes_apply_a_matrix_to_the_axes_of_the_file(tower: Path) -> None:
+    loaded = np.asarray(trimesh.load(tower, force="mesh").triangles)
+    expected = loaded @ TRANSFORM[:3, :3].T + TRANSFORM[:3, 3]
+    path = tower.with_name("posed.toml")
+    path.write_text(f'[[object]]\nname = "a"\nmesh = "{tower.name}"\nmatrix = {TRANSFORM.tolist()}\n')
+    world = raycam.load(path)
+    assert world.triangles() == pytest.approx(expected, abs=1e-6)
+    assert sum("matrix" in notice for notice in world.notices) == 1
+    world = raycam.World("z", folder=tower.parent)
+    world.add_object("box", name="a")
+    world.set_object("a", mesh=tower.name, matrix=TRANSFORM)
+    assert world.triangles() == pytest.approx(expected, abs=1e-6)

@@ -117,7 +117,7 @@ location = [0, 0, 5]
 name = "ball"
 sphere = { radius = 1, level = 2 }
 [[light]]
-type = "bulb"
+type = "point"
 position = [0, 3, 0]
 power = [60, 60, 60]
 [render]
@@ -131,7 +131,7 @@ orbit = { target = [0, 0, 0] }
         "up": "y",
         "camera": {"size": [64, 48], "fov": 40, "location": [0, 0, 5]},
         "object": [{"name": "ball", "sphere": {"radius": 1, "level": 2}}],
-        "light": {"type": "bulb", "position": [0, 3, 0], "power": [60, 60, 60]},
+        "light": {"type": "point", "position": [0, 3, 0], "power": [60, 60, 60]},
         "render": {"samples": 4},
         "video": {"fps": 10, "seconds": 2, "orbit": {"target": [0, 0, 0]}},
     }

@@ -39,6 +39,15 @@ pub(crate) fn settings_error(message: impl Into<Message>) -> PyErr {
     with_code(python::SettingsError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidSettings))
 }
 
+/// A `raycam.WorldError` as a `raycam.SettingsError`: the error of a value that is an argument of a call, not a part of a
+/// world.
+pub(crate) fn as_settings_error(py: Python<'_>, error: PyErr) -> PyErr {
+    match error.is_instance_of::<python::WorldError>(py) {
+        true => settings_error(error.value(py).to_string()),
+        false => error,
+    }
+}
+
 /// `raycam.CameraError`.
 pub(crate) fn camera_error(message: impl Into<Message>) -> PyErr {
     let message = message.into();

@@ -21,6 +21,7 @@ use pyo3::prelude::*;
 #[pymodule(name = "_core")]
 mod core {
     use super::*;
+    use raycam_scene::foreign_terms::{FOREIGN_TERMS, schema_names};
 
     #[pymodule_export]
     use crate::camera::calibration::{PyCameraRecord, calibration_formats, read_cameras, write_cameras};
@@ -53,6 +54,8 @@ mod core {
     #[pymodule_export]
     use crate::render::progressive::Progressive;
     #[pymodule_export]
+    use crate::render::settings::{complete_render_options, render_options};
+    #[pymodule_export]
     use crate::world::bundle::{world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras};
     #[pymodule_export]
     use crate::world::edit::{
@@ -79,6 +82,21 @@ mod core {
     fn json_schema() -> PyResult<String> {
         serde_json::to_string_pretty(&raycam_scene::schema::json_schema())
             .map_err(|e| error::raycam_error(e.to_string()))
+    }
+
+    /// The words of other programs in a place ("render", "raycam", "World", "Frame" or "Camera"), each with raycam's
+    /// counterpart.
+    #[pyfunction]
+    fn foreign_terms(place: &str) -> Vec<(&'static str, &'static str)> {
+        let rows = FOREIGN_TERMS.iter().filter(|row| row.place.name() == place);
+        rows.flat_map(|row| row.words.iter().map(|word| (*word, row.ours[0]))).collect()
+    }
+
+    /// The names among `expected` that mean the same as a word of other programs.
+    #[pyfunction]
+    fn names_for_foreign_term(word: &str, expected: Vec<String>) -> Vec<String> {
+        let names: Vec<&str> = expected.iter().map(String::as_str).collect();
+        schema_names(word, &names).into_iter().map(str::to_owned).collect()
     }
 
     /// Extensions without the dot: of the files that `load` reads, and of the files that those name.

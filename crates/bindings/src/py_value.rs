@@ -37,9 +37,10 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         return Ok(Value::Float(v.value()));
     }
     if value.is_instance_of::<PyInt>() {
-        return match value.extract() {
-            Ok(v) => Ok(Value::Integer(v)),
-            Err(_) => fail(format!("{value} does not fit into 64 bits")),
+        return match (value.extract(), value.extract()) {
+            (Ok(v), _) => Ok(Value::Integer(v)),
+            (_, Ok(v)) => Ok(Value::Unsigned(v)),
+            _ => fail(format!("{value} does not fit into 64 bits")),
         };
     }
     if let Ok(v) = value.cast::<PyString>() {

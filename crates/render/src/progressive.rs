@@ -59,7 +59,7 @@ impl Progressive {
     ) -> Result<Self, RenderError> {
         let fail = |message: &str| Err(RenderError::settings(message));
         let region = settings.check(camera.size())?;
-        if settings.noise.is_some() || settings.time.is_some() {
+        if settings.noise_threshold.is_some() || settings.time_limit.is_some() {
             return fail(
                 "noise_threshold and time_limit are not supported by progressive images, which end when you stop; use render",
             );
@@ -203,7 +203,7 @@ impl Progressive {
             Ok(())
         })?;
         let lit = self.channels().iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
-        let mut notices = if lit { settings.integrator.notices(&self.prepared) } else { vec![] };
+        let mut notices = if lit { crate::integrator::notices(settings.integrator, &self.prepared) } else { vec![] };
         renderer.notices(self.region, &mut notices);
         Ok(notices)
     }

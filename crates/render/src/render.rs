@@ -125,7 +125,7 @@ pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settin
 /// True if nothing that a frame needs uses a pool: it is not lit, waits for no clock and no light, and nothing moves.
 fn may_run_here(world: &PreparedWorld, moves: bool, settings: &Settings, needs: RenderNeeds) -> bool {
     let unlit = !needs.color || (settings.integrator == Integrator::Flat && world.has_lighting());
-    unlit && !moves && settings.time.is_none()
+    unlit && !moves && settings.time_limit.is_none()
 }
 
 /// Estimated time of a frame on one thread, in nanoseconds.
@@ -213,8 +213,8 @@ impl RenderRequest<'_> {
         };
         let tiles = Tile::for_threads(region, workers.count());
         let lit = settings.channels.iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
-        let mut notices = if lit { settings.integrator.notices(world) } else { vec![] };
-        match settings.time {
+        let mut notices = if lit { crate::integrator::notices(settings.integrator, world) } else { vec![] };
+        match settings.time_limit {
             Some(seconds) if needs.samples => {
                 let timed = || self.render_for_duration(camera, seconds, &tiles, &film, control, &mut notices);
                 with_pool(settings.threads, timed)??;

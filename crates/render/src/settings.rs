@@ -1,22 +1,11 @@
 //! Render settings and their validation.
 
+use raycam_scene::SceneError;
+use raycam_scene::render_options::{AmbientOcclusion, RenderOptions};
+pub use raycam_scene::render_options::{Filter, Integrator};
+
 use crate::error::RenderError;
 use crate::film::channel::Channel;
-use crate::sampling::filter::Filter;
-
-/// Algorithm that computes the colour of a camera ray.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Integrator {
-    /// Base colour of the nearest triangle, unlit (glTF `KHR_materials_unlit`).
-    #[default]
-    Flat,
-    /// Direct lighting with shadows, also seen in mirrors and through smooth glass.
-    Direct,
-    /// Unbiased path tracing.
-    Path,
-    /// Ambient occlusion: the visible fraction of the sky.
-    Ao,
-}
 
 /// Surface on a pixel's centre ray that the ground truth describes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +16,17 @@ pub enum TruthSurface {
     /// The first surface that cannot be seen through. The straight ray skips surfaces of opacity below one half, back
     /// faces of one-sided surfaces, and refractive surfaces.
     Solid,
+}
+
+impl TruthSurface {
+    /// The member with a name: "first" or "solid".
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "first" => Some(Self::First),
+            "solid" => Some(Self::Solid),
+            _ => None,
+        }
+    }
 }
 
 /// Part that shadow catchers take in a frame ([`raycam_scene::Object::shadow_catcher`]).
@@ -41,6 +41,18 @@ pub enum Catchers {
     Only,
 }
 
+impl Catchers {
+    /// The member with a name: "show", "hide" or "only".
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "show" => Some(Self::Show),
+            "hide" => Some(Self::Hide),
+            "only" => Some(Self::Only),
+            _ => None,
+        }
+    }
+}
+
 /// Settings of one rendered frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -50,10 +62,10 @@ pub struct Settings {
     pub samples: u32,
     /// Target standard error of a pixel's luminance: the pixel stops when the estimate is at or below this value.
     /// `samples` is then the maximum.
-    pub noise: Option<f32>,
+    pub noise_threshold: Option<f32>,
     /// Time limit in seconds. Every pixel gets the same number of samples, at most `samples`. The result depends on
     /// the machine; a notice states the number of samples that reproduces it.
-    pub time: Option<f64>,
+    pub time_limit: Option<f64>,
     /// Pixel filter.
     pub filter: Filter,
     /// Seed of the random numbers, together with `frame`.
@@ -65,8 +77,8 @@ pub struct Settings {
     /// Surface that the ground truth describes.
     pub surface: TruthSurface,
     /// Hides the environment from camera rays, so that the frame can be composited: see [`Channel::Alpha`].
-    pub transparent: bool,
-    /// Part that shadow catchers take, where `transparent`.
+    pub transparent_background: bool,
+    /// Part that shadow catchers take, if `transparent_background`.
     pub catchers: Catchers,
     /// Largest number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
     /// limit.
@@ -87,14 +99,14 @@ impl Default for Settings {
         Self {
             integrator: Integrator::Flat,
             samples: 1,
-            noise: None,
-            time: None,
+            noise_threshold: None,
+            time_limit: None,
             filter: Filter::Box,
             seed: 0,
             frame: 0,
             channels: vec![Channel::Color],
             surface: TruthSurface::First,
-            transparent: false,
+            transparent_background: false,
             catchers: Catchers::Show,
             max_depth: None,
             clamp: None,
@@ -105,55 +117,45 @@ impl Default for Settings {
     }
 }
 
-/// Largest number of samples per pixel.
-pub const MAX_SAMPLES: u32 = 1 << 24;
-
 impl Settings {
-    /// Validates the settings; returns the region to render of an image of this size.
+    /// The settings of validated options with their defaults; the other settings are [`Settings::default`].
+    ///
+    /// # Errors
+    /// [`RenderError::Settings`]: the errors of [`RenderOptions::validate`].
+    pub fn resolve(options: &RenderOptions) -> Result<Self, RenderError> {
+        let options = options.complete().map_err(|error: SceneError| RenderError::settings(error))?;
+        let rest = Self::default();
+        Ok(Self {
+            integrator: options.integrator.unwrap_or(rest.integrator),
+            samples: options.samples.unwrap_or(rest.samples),
+            noise_threshold: options.noise_threshold.map(|radiance| radiance as f32),
+            time_limit: options.time_limit,
+            max_depth: options.max_depth,
+            clamp: options.clamp.map(|radiance| radiance as f32),
+            filter: options.filter.unwrap_or(rest.filter),
+            seed: options.seed.unwrap_or(rest.seed),
+            threads: options.threads,
+            ambient_occlusion: options.ambient_occlusion.and_then(AmbientOcclusion::max_distance),
+            ..rest
+        })
+    }
+
+    /// Validates the rest of the settings; returns the region to render of an image of this size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
         let fail = |message: String| Err(RenderError::settings(message));
-        if !(1..=MAX_SAMPLES).contains(&self.samples) {
-            return fail(format!("samples is {}; expected 1 to {MAX_SAMPLES}", self.samples));
-        }
         if self.channels.is_empty() {
-            return fail("no channels are asked for; expected at least one".into());
+            return fail("channels is empty; expected at least one channel".into());
         }
         for (i, channel) in self.channels.iter().enumerate() {
             if self.channels[..i].contains(channel) {
-                return fail(format!("channel {:?} is asked for twice", channel.name()));
+                return fail(format!("channels contains {:?} twice", channel.name()));
             }
         }
-        if let Some(distance) = self.ambient_occlusion
-            && (distance.is_nan() || distance <= 0.0)
-        {
-            return fail(format!("ambient_occlusion is {distance}; expected a distance above 0, or infinity"));
+        if self.time_limit.is_some() && cfg!(target_family = "wasm") {
+            return fail("time_limit is not supported by WebAssembly, which has no clock; use samples".into());
         }
-        if let Some(noise) = self.noise
-            && !(noise.is_finite() && noise > 0.0)
-        {
-            return fail(format!("noise_threshold is {noise}; expected a radiance above 0"));
-        }
-        if let Some(time) = self.time
-            && !(time.is_finite() && time > 0.0)
-        {
-            return fail(format!("time_limit is {time}; expected seconds above 0"));
-        }
-        if self.time.is_some() && cfg!(target_family = "wasm") {
-            return fail("time_limit needs a clock, which WebAssembly has not; expected a number of samples".into());
-        }
-        if self.noise.is_some() && self.time.is_some() {
-            return fail("both noise_threshold and time_limit are given; expected one of them".into());
-        }
-        if self.max_depth == Some(0) {
-            return fail("max_depth is 0; expected at least 1 segment of a path".into());
-        }
-        if let Some(clamp) = self.clamp
-            && !(clamp.is_finite() && clamp > 0.0)
-        {
-            return fail(format!("clamp is {clamp}; expected a radiance above 0"));
-        }
-        if self.catchers != Catchers::Show && !self.transparent {
-            return fail("shadow catchers are left out of pictures with a transparent background alone".into());
+        if self.catchers != Catchers::Show && !self.transparent_background {
+            return fail("shadow catchers can only be hidden if transparent_background is true".into());
         }
         let whole = [0, 0, width, height];
         let region = self.region.unwrap_or(whole);

@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use raycam_scene::render_options::MAX_THREADS;
+
 use crate::error::RenderError;
 
 /// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, which
@@ -51,9 +53,6 @@ thread_local! {
 }
 
 static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
-
-/// Largest number of threads that can be requested.
-pub const MAX_THREADS: usize = 1024;
 
 /// Runs `f` on a pool of `threads` threads (`None`: as many as this process may use). The pool is kept for the next
 /// call.
@@ -248,7 +247,9 @@ fn available_threads() -> usize {
 fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(RenderError::settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
+        return Err(RenderError::settings(format!(
+            "threads: {threads}: expected a whole number from 1 to {MAX_THREADS}"
+        )));
     }
     Ok(threads)
 }

@@ -8,7 +8,9 @@
 //! codes               macro for tables of codes
 //! notice error_code   codes of notices and errors, with cause and remedy
 //! error up            errors; the axis that points up
+//! foreign_terms       other programs' terms, for hints in errors
 //! written             values that may be written in more than one way
+//! named_enum          closed sets with names
 //! math color          rotations, Hermite curves; colour spaces, view transforms
 //! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
 //! material light      reflection models; emitters
@@ -31,11 +33,13 @@ mod codes;
 pub mod color;
 mod error;
 mod error_code;
+pub mod foreign_terms;
 pub mod light;
 pub mod material;
 pub mod math;
 pub mod mesh;
 pub mod model;
+mod named_enum;
 mod notice;
 pub mod render_options;
 pub mod schema;

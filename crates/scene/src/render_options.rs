@@ -1,4 +1,5 @@
-//! Options of a render, as a world carries them.
+//! Options of a render: one table, from which world files, Python, pages, the command line and the reference take names,
+//! types, defaults, ranges and descriptions.
 
 use schemars::JsonSchema;
 use serde::de::Error;
@@ -6,42 +7,238 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
 use crate::error::{Result, SceneError};
+use crate::named_enum::named_enum;
 use crate::written::written;
 
-/// How to render; everything may be left out, and what the command line or the call says goes first.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RenderOptions {
-    /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows. "path": all light,
-    /// by any number of bounces. "ao": how much of the sky each point sees.
-    pub integrator: Option<IntegratorName>,
-    /// Samples per pixel, >= 1.
-    pub samples: Option<u32>,
-    /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most
-    /// that it gets, 16384 where not given.
-    // World bundles keep the name of 0.1.
-    #[serde(rename = "noise")]
-    pub noise_threshold: Option<f32>,
-    /// Instead of samples: seconds after which the picture is done; `samples` is then the most that a pixel gets.
-    #[serde(rename = "time")]
-    pub time_limit: Option<f64>,
-    /// The most segments of a path, >= 1: 1 sees what shines, 2 what it lights, and so on; no limit where not given.
-    pub max_depth: Option<u32>,
-    /// The largest value of a sample, which hides bright specks and makes the picture darker; none where not given.
-    pub clamp: Option<f32>,
-    /// The pixel filter.
-    pub filter: Option<FilterName>,
-    /// The seed of all random numbers.
-    pub seed: Option<u64>,
-    /// Threads; all of the machine's where not given.
-    pub threads: Option<usize>,
-    /// Dims the sky in corners and under objects: true, or the distance in metres up to which surfaces count.
-    pub ambient_occlusion: Option<AmbientOcclusion>,
-    /// Stops of brightness of PNG pictures and videos: +1 doubles.
-    pub exposure: Option<f64>,
-    /// How PNG pictures and videos show what is brighter than 1: "standard" cuts it off, "agx" and "pbr_neutral"
-    /// compress it.
-    pub view: Option<ViewTransform>,
+/// Largest number of samples per pixel.
+pub const MAX_SAMPLES: u32 = 1 << 24;
+/// Largest number of threads.
+pub const MAX_THREADS: usize = 1024;
+/// Maximum samples per pixel if `noise_threshold` or `time_limit` is given, but not `samples`.
+pub const ADAPTIVE_SAMPLES: u32 = 1 << 14;
+/// Largest exposure in stops, up and down.
+const MAX_STOPS: f64 = 100.0;
+
+/// Defines [`RenderOptions`] and [`RENDER_OPTIONS`]. A row is an option's description, name, type, default and range.
+macro_rules! render_options {
+    ($($(#[doc = $help:literal])+ $name:ident: $type:ty = $default:expr, $range:expr;)+) => {
+        /// Render settings. Arguments of the call and options of the command line take precedence.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct RenderOptions {
+            $($(#[doc = $help])+ pub $name: Option<$type>,)+
+        }
+
+        /// The table of options, in the order in which people read them.
+        pub const RENDER_OPTIONS: &[RenderOption] = &[
+            $(RenderOption { name: stringify!($name), help: concat!($($help),+), range: $range },)+
+        ];
+
+        impl RenderOptions {
+            /// The defaults; an option without a default is off.
+            pub fn defaults() -> Self {
+                Self { $($name: $default,)+ }
+            }
+
+            /// These options, and those of `others` that are not given here.
+            pub fn or(&self, others: &Self) -> Self {
+                Self { $($name: self.$name.or(others.$name),)+ }
+            }
+
+            /// The options that are given, with their rows of the table.
+            pub fn values(&self) -> impl Iterator<Item = (&'static RenderOption, OptionValue)> {
+                let values = [$(self.$name.map(OptionValue::from),)+];
+                RENDER_OPTIONS.iter().zip(values).filter_map(|(row, value)| Some((row, value?)))
+            }
+        }
+    };
+}
+
+render_options! {
+    /// Algorithm that computes the colour. "direct": light that reaches a surface directly, with shadows, mirrors and
+    /// clear glass. "path": path tracing, with any number of bounces. "ao": ambient occlusion, the visible fraction of the
+    /// sky. "flat": the base colour of the first triangle, without light.
+    integrator: Integrator = Some(Integrator::Direct), OptionRange::Names(Integrator::NAMES);
+    /// Samples per pixel. With `noise_threshold` or `time_limit`, the maximum per pixel (default 16384).
+    samples: u32 = Some(16), OptionRange::Whole { min: 1, max: MAX_SAMPLES as u64 };
+    /// Target standard error of a pixel's luminance: a pixel is finished when the estimated error is at most this value.
+    noise_threshold: f64 = None, OptionRange::Radiance;
+    /// Time in seconds after which the image is finished. The result depends on the machine; a notice reports the number
+    /// of samples that reproduces it.
+    time_limit: f64 = None, OptionRange::Seconds;
+    /// Maximum number of path segments: 1 shows only surfaces that emit light, 2 adds direct light, and so on (default: no
+    /// limit).
+    max_depth: u32 = None, OptionRange::Whole { min: 1, max: u32::MAX as u64 };
+    /// Maximum radiance of a sample. It removes bright specks (fireflies), and darkens the image (default: no limit).
+    clamp: f64 = None, OptionRange::Radiance;
+    /// Reconstruction filter of pixels. "box": the mean over the pixel's square. "blackman-harris": smoother, 3 pixels wide.
+    filter: Filter = Some(Filter::Box), OptionRange::Names(Filter::NAMES);
+    /// Seed of all random numbers.
+    seed: u64 = Some(0), OptionRange::Whole { min: 0, max: u64::MAX };
+    /// Number of threads (default: all that the process may use). The image does not depend on it.
+    threads: usize = None, OptionRange::Whole { min: 1, max: MAX_THREADS as u64 };
+    /// Ambient occlusion of the sky's light in corners and under objects: true, false, or the distance in metres up to
+    /// which surfaces occlude the sky.
+    ambient_occlusion: AmbientOcclusion = Some(AmbientOcclusion::Switch(false)), OptionRange::SwitchOrDistance;
+    /// Brightness of PNG images and videos in stops; +1 doubles it.
+    exposure: f64 = Some(0.0), OptionRange::Stops;
+    /// View transform of PNG images and videos. "standard" clips values above 1; "agx" and "pbr_neutral" compress them.
+    view: ViewTransform = Some(ViewTransform::Standard), OptionRange::Names(ViewTransform::NAMES);
+}
+
+named_enum! {
+    /// The integrators.
+    #[schemars(rename = "IntegratorName")]
+    pub enum Integrator {
+        /// Base colour of the first triangle, unlit (glTF `KHR_materials_unlit`).
+        Flat = "flat",
+        /// Direct light with shadows, also in mirrors and through clear glass.
+        Direct = "direct",
+        /// Unbiased path tracing.
+        Path = "path",
+        /// Ambient occlusion: the visible fraction of the sky.
+        Ao = "ao",
+    }
+}
+
+named_enum! {
+    /// The pixel filters.
+    #[schemars(rename = "FilterName")]
+    pub enum Filter {
+        /// The mean over the pixel's square.
+        Box = "box",
+        /// Four-term Blackman-Harris window, 3 pixels wide: smoother edges, no ringing.
+        BlackmanHarris = "blackman-harris",
+    }
+}
+
+/// A row of [`RENDER_OPTIONS`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOption {
+    /// The name, in every interface.
+    pub name: &'static str,
+    /// The description, for help texts and the reference.
+    help: &'static str,
+    /// The valid values.
+    pub range: OptionRange,
+}
+
+impl RenderOption {
+    /// The description, for help texts and the reference.
+    pub fn help(&self) -> &'static str {
+        self.help.trim_start()
+    }
+
+    /// Checks a value.
+    ///
+    /// # Errors
+    /// [`SceneError::Schema`] with the option's name, the value and the valid values.
+    pub fn check(&self, value: OptionValue) -> Result<()> {
+        if self.range.contains(value) {
+            return Ok(());
+        }
+        Err(SceneError::schema(self.name, format!("{value}: expected {}", self.range)))
+    }
+}
+
+/// The type of an option and its valid values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OptionRange {
+    /// One of some names.
+    Names(&'static [&'static str]),
+    /// A whole number from `min` to `max`, both included.
+    Whole {
+        /// Smallest value.
+        min: u64,
+        /// Largest value.
+        max: u64,
+    },
+    /// A radiance above 0, in float32.
+    Radiance,
+    /// A number of seconds above 0.
+    Seconds,
+    /// A number of stops, at most 100 up or down.
+    Stops,
+    /// True, false, or a distance in metres above 0.
+    SwitchOrDistance,
+}
+
+impl OptionRange {
+    /// True if the value is valid.
+    fn contains(self, value: OptionValue) -> bool {
+        match (self, value) {
+            (Self::Names(names), OptionValue::Name(name)) => names.contains(&name),
+            (Self::Whole { min, max }, OptionValue::Whole(v)) => (min..=max).contains(&v),
+            (Self::Radiance, OptionValue::Number(v)) => (v as f32).is_finite() && v as f32 > 0.0,
+            (Self::Seconds, OptionValue::Number(v)) => v.is_finite() && v > 0.0,
+            (Self::Stops, OptionValue::Number(v)) => v.abs() <= MAX_STOPS,
+            (Self::SwitchOrDistance, OptionValue::Number(v)) => v > 0.0,
+            (Self::SwitchOrDistance, OptionValue::Switch(_)) => true,
+            _ => false,
+        }
+    }
+}
+
+impl std::fmt::Display for OptionRange {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Names(names) => write!(f, "one of {}", names.join(", ")),
+            Self::Whole { min, max } => write!(f, "a whole number from {min} to {max}"),
+            Self::Radiance => f.write_str("a radiance greater than 0"),
+            Self::Seconds => f.write_str("a number of seconds greater than 0"),
+            Self::Stops => write!(f, "a number of stops from -{MAX_STOPS} to {MAX_STOPS}"),
+            Self::SwitchOrDistance => f.write_str("true, false or a distance in metres greater than 0"),
+        }
+    }
+}
+
+/// The value of an option.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OptionValue {
+    /// The name of a member of a closed set.
+    Name(&'static str),
+    /// A whole number.
+    Whole(u64),
+    /// A number.
+    Number(f64),
+    /// On or off.
+    Switch(bool),
+}
+
+impl std::fmt::Display for OptionValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Name(name) => write!(f, "{name:?}"),
+            Self::Whole(v) => write!(f, "{v}"),
+            Self::Number(v) => write!(f, "{v}"),
+            Self::Switch(v) => write!(f, "{v}"),
+        }
+    }
+}
+
+/// Converts each type of an option.
+macro_rules! option_value {
+    ($($type:ty: |$value:ident| $converted:expr),+ $(,)?) => {
+        $(impl From<$type> for OptionValue {
+            fn from($value: $type) -> Self {
+                $converted
+            }
+        })+
+    };
+}
+
+option_value! {
+    Integrator: |v| Self::Name(v.name()),
+    Filter: |v| Self::Name(v.name()),
+    ViewTransform: |v| Self::Name(v.name()),
+    u32: |v| Self::Whole(v.into()),
+    u64: |v| Self::Whole(v),
+    usize: |v| Self::Whole(v as u64),
+    f64: |v| Self::Number(v),
+    AmbientOcclusion: |v| match v {
+        AmbientOcclusion::Switch(on) => Self::Switch(on),
+        AmbientOcclusion::Distance(distance) => Self::Number(distance),
+    },
 }
 
 /// `true`, `false` or a distance.
@@ -49,101 +246,64 @@ pub struct RenderOptions {
 #[serde(untagged)]
 #[schemars(untagged)]
 pub enum AmbientOcclusion {
-    /// Surfaces at any distance count, or ambient occlusion is off.
+    /// On for surfaces at any distance, or off.
     Switch(bool),
-    /// Surfaces up to this distance in metres count.
+    /// Distance in metres up to which surfaces occlude the sky.
     Distance(f64),
 }
 
+impl AmbientOcclusion {
+    /// The distance in metres up to which surfaces occlude the sky, which may be infinite; `None` if it is off.
+    pub fn max_distance(self) -> Option<f64> {
+        match self {
+            Self::Switch(false) => None,
+            Self::Switch(true) => Some(f64::INFINITY),
+            Self::Distance(distance) => Some(distance),
+        }
+    }
+}
+
 written! {
-    AmbientOcclusion: "true, false or a distance in metres",
+    AmbientOcclusion: "true, false or a distance in metres greater than 0",
 
     fn visit_bool<E: Error>(self, v: bool) -> Result<AmbientOcclusion, E> {
         Ok(AmbientOcclusion::Switch(v))
     }
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<AmbientOcclusion, E> {
-        self.visit_f64(v as f64)
+        Ok(AmbientOcclusion::Distance(v as f64))
     }
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<AmbientOcclusion, E> {
-        if v > 0.0 {
-            Ok(AmbientOcclusion::Distance(v))
-        } else {
-            Err(E::custom(format_args!("{v}: expected a distance greater than 0")))
-        }
+        Ok(AmbientOcclusion::Distance(v))
     }
-}
-
-/// The closed set of integrators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum IntegratorName {
-    /// The colour of the closest triangle, unlit.
-    Flat,
-    /// Direct light with shadows.
-    Direct,
-    /// All light, by any number of bounces.
-    Path,
-    /// Ambient occlusion by itself.
-    Ao,
-}
-
-impl IntegratorName {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flat => "flat",
-            Self::Direct => "direct",
-            Self::Path => "path",
-            Self::Ao => "ao",
-        }
-    }
-}
-
-/// The closed set of pixel filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FilterName {
-    /// The mean over the pixel's square.
-    Box,
-    /// Blackman-Harris, smooth, with a radius of 1.5 pixels.
-    BlackmanHarris,
 }
 
 impl RenderOptions {
-    /// Checks its values.
+    /// Checks the values.
     ///
     /// # Errors
-    /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
+    /// [`SceneError::Schema`]: a value outside of its option's range, or both `noise_threshold` and `time_limit`.
     pub fn validate(&self) -> Result<()> {
-        if self.samples == Some(0) {
-            return Err(SceneError::schema("samples", "0: expected a whole number >= 1"));
+        for (option, value) in self.values() {
+            option.check(value)?;
         }
-        if self.threads == Some(0) {
-            return Err(SceneError::schema("threads", "0: expected a whole number >= 1"));
+        if self.noise_threshold.is_some() && self.time_limit.is_some() {
+            return Err(SceneError::schema("", "noise_threshold and time_limit cannot be combined; give one of them"));
         }
-        if self.max_depth == Some(0) {
-            return Err(SceneError::schema("max_depth", "0: expected a whole number of segments >= 1"));
+        Ok(())
+    }
+
+    /// Validates the options and adds the defaults of those that are not given.
+    ///
+    /// # Errors
+    /// The errors of [`RenderOptions::validate`].
+    pub fn complete(&self) -> Result<Self> {
+        self.validate()?;
+        let mut defaults = Self::defaults();
+        if self.noise_threshold.is_some() || self.time_limit.is_some() {
+            defaults.samples = Some(ADAPTIVE_SAMPLES);
         }
-        for (key, value) in [("noise_threshold", self.noise_threshold.map(f64::from)), ("time_limit", self.time_limit)]
-        {
-            if let Some(value) = value
-                && !(value.is_finite() && value > 0.0)
-            {
-                return Err(SceneError::schema(key, format!("{value}: expected a number greater than 0")));
-            }
-        }
-        if let Some(clamp) = self.clamp
-            && !(clamp.is_finite() && clamp > 0.0)
-        {
-            return Err(SceneError::schema("clamp", format!("{clamp}: expected a number greater than 0")));
-        }
-        match self.exposure {
-            Some(exposure) if !exposure.is_finite() => {
-                Err(SceneError::schema("exposure", format!("{exposure}: expected a finite number of stops")))
-            }
-            _ => Ok(()),
-        }
+        Ok(self.or(&defaults))
     }
 }

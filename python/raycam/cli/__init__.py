@@ -1,4 +1,4 @@
-"""The command line: one file per command, shared options in `_options.py`, `_job_options.py` and `options/`.
+"""The command line: one file per command; `options/` contains the options that several commands share.
 
 Start-up time is part of every command's time, so a module that only one command needs is imported in that command's
 function.
@@ -10,13 +10,14 @@ import argparse
 import contextlib
 import errno
 import io
+import itertools
 import os
 import re
 import sys
 import traceback
 import warnings
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
@@ -35,7 +36,8 @@ from . import (
     video,
     view,
 )
-from ._options import LOUDNESS, TOLD, add_loudness, options_of, set_loudness
+from .options.command import option_names
+from .options.messages import add_verbosity, is_verbose, reset_messages, set_verbosity
 
 __all__ = ["COMMANDS", "main"]
 
@@ -57,27 +59,30 @@ COMMANDS = {
 }
 """The commands by name, in the order of the help."""
 
-LONG = {"render": "WORLD [-o FILE]", "video": "WORLD [-o FILE]", "dataset": "WORLD -o FOLDER"}
-"""The arguments of commands with more options than a usage line should list."""
+LONG_USAGES = {"render": "WORLD [-o FILE]", "video": "WORLD [-o FILE]", "dataset": "WORLD -o FOLDER"}
+"""The usage lines of commands that have too many options to list."""
 
-SHORT_HELP = """raycam renders your model: pictures, ground truth, videos, through any camera.
+SHORT_HELP = """raycam renders models: images, ground truth and videos, with any camera.
 
-  raycam render model.glb                      a picture, model.png
-  raycam render model.glb --turntable          a video that turns around it, model.mp4
-  raycam render model.glb --camera calib.yaml  through your calibrated camera
-  raycam view model.glb                        look at it live in the browser
-  raycam --help                                all commands; raycam COMMAND --help, their options
+  raycam render model.glb                      an image, model.png
+  raycam render model.glb --turntable          a video of a turn around the model, model.mp4
+  raycam render model.glb --camera calib.yaml  with a calibrated camera
+  raycam view model.glb                        show the model live in the browser
+  raycam --help                                all commands; raycam COMMAND --help lists a command's options
 
-No model at hand? spot.glb and spot.toml come with raycam; raycam demo DIR shows what it can."""
+The models spot.glb and spot.toml come with raycam. Run raycam demo DIR for a tour."""
 
-STOPPED = 130  # the exit status by which shells report Ctrl-C
+MODEL_ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".toml")
+"""Endings of files that are more likely meant as a world than as a command."""
+
+INTERRUPTED_STATUS = 130
+"""The exit status by which shells report Ctrl-C."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
     words = sys.argv[1:] if arguments is None else list(arguments)
-    TOLD.clear()
-    set_loudness(quiet=False, verbose=False)
+    reset_messages()
     _open_closed_streams()
     _write_utf8()
     with warnings.catch_warnings():
@@ -91,47 +96,69 @@ def _main(words: Sequence[str]) -> int:
         if not words:
             print(SHORT_HELP)
             return 0
-        if words and not words[0].startswith("-") and words[0] not in COMMANDS:
-            model = words[0].lower().endswith((".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".toml"))
-            way = f"; a picture of a model: raycam render {words[0]}" if model else ""
-            parser.error(f"{nearest('command', words[0], list(COMMANDS))}{way}")
-        options, others = parser.parse_known_args(_joined(words))
+        if words[0] == "help":
+            words = [*words[1:2], "--help"]
+        if not words[0].startswith("-") and words[0] not in COMMANDS:
+            is_model = words[0].lower().endswith(MODEL_ENDINGS)
+            remedy = f"; to render a model: raycam render {words[0]}" if is_model else ""
+            parser.error(f"{nearest('command', words[0], list(COMMANDS))}{remedy}")
+        options, others = parser.parse_known_args(_join_values(words))
         if others:
             _refuse(options.commands(), options.command, others)
-        set_loudness(options.quiet, options.verbose)
+        set_verbosity(options.quiet, options.verbose)
         options.run(options)
         sys.stdout.flush()
         return 0
     except KeyboardInterrupt:
         print("raycam: stopped", file=sys.stderr)
-        return STOPPED
+        return INTERRUPTED_STATUS
     except BrokenPipeError:
         # The reader closed the pipe. Without this, Python would report another error at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (Error, ValueError, OSError, MemoryError) as error:
-        if LOUDNESS["verbose"]:
+        if is_verbose():
             traceback.print_exc()
         print(f"raycam: error: {_message(error)}", file=sys.stderr)
         return 2 if isinstance(error, SettingsError) else 1
 
 
 def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Sequence[str]) -> NoReturn:
-    """Exits with the words that a command does not know, and the nearest option or the commands that have it."""
-    import difflib
-
+    """Exits with the arguments that a command does not accept, and the option that was meant."""
     message = f"unrecognized arguments: {' '.join(others)}"
     option = next((word.partition("=")[0] for word in others if word.startswith("--")), "")
-    having = [f"raycam {other}" for other, command in commands.items() if option in options_of(command)]
-    if having:
-        message += f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} {option}"
-    elif near := difflib.get_close_matches(option, options_of(commands[name]), n=1, cutoff=0.75):
-        message += f"; did you mean {near[0]}?"
+    having = [f"raycam {other}" for other, command in commands.items() if option in option_names(command)]
+    if meant := _meant_option(option, option_names(commands[name])):
+        message += f"; did you mean {meant}?"
+    elif having:
+        message += f"; {option} is an option of {', '.join(having)}"
     commands[name].error(message)
 
 
+def _meant_option(option: str, options: list[str]) -> str | None:
+    """Returns the option that an abbreviation, another program's term or a misspelling means."""
+    import difflib
+
+    from .._core import names_for_foreign_term
+
+    if not option:
+        return None
+    names = {each.removeprefix("--").replace("-", "_"): each for each in options}
+    found = [each for each in options if each.startswith(option)]
+    found += [names[name] for name in names_for_foreign_term(option.removeprefix("--"), list(names))]
+    found += difflib.get_close_matches(option, options, n=1, cutoff=0.75)
+    return found[0] if found else None
+
+
+def _is_dashed_name(word: str) -> bool:
+    """True for an argument that begins with a dash and looks like a file, not like an option."""
+    if not word.startswith("-") or word == "-":
+        return False
+    return bool(os.path.splitext(word.lstrip("-"))[1]) or os.path.lexists(word)
+
+
 def _open_closed_streams() -> None:
-    """Opens /dev/null for standard streams that the shell closed, so that no file of ours becomes one of them."""
+    """Opens /dev/null for standard streams that the shell closed, so that no opened file becomes one of them."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             with contextlib.suppress(OSError):
@@ -148,14 +175,14 @@ def _open_closed_streams() -> None:
 
 
 def _write_utf8() -> None:
-    """Makes pipes and files UTF-8 on Windows, where their encoding is that of old programs, without many letters."""
+    """Sets the encoding of pipes and files to UTF-8 on Windows, whose default lacks many letters."""
     if os.name == "nt":
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
                 stream.reconfigure(encoding="utf-8")
 
 
-def _joined(words: Sequence[str]) -> list[str]:
+def _join_values(words: Sequence[str]) -> list[str]:
     """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" and "-1,0,2" for options.
 
     Splits "--pixel 320,240".
@@ -197,33 +224,64 @@ def _nearest_names(path: str) -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser that reports errors in one line."""
+    """Argument parser that accepts no abbreviations and reports errors in one line."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options, allow_abbrev=False)
+        self.words: Sequence[str] = ()
+        """The words that are parsed."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parses words, and keeps them for error messages."""
+        self.words = list(sys.argv[1:] if args is None else args)
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
         """Prints the message and exits with status 2."""
+        if remedy := self._dash_remedy():
+            message += f"; for a name that begins with a dash, write {remedy}"
         self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
+
+    def _dash_remedy(self) -> str:
+        """Returns how to write the first word that begins with a dash, but is the name of a file; empty if none."""
+        takes_text = {
+            name
+            for action in self._actions
+            if action.nargs != 0 and action.type in (None, str)
+            for name in action.option_strings
+        }
+        for option, word in itertools.pairwise(["", *self.words]):
+            if not word.startswith("-") or word.partition("=")[0] in option_names(self):
+                continue
+            if option in takes_text:
+                return f"./{word} or {option}={word}"
+            if _is_dashed_name(word):
+                return f"./{word}"
+        return ""
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="raycam",
-        description="Renders models and worlds on the CPU: pictures, exact ground truth, data sets and videos.",
-        epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
+        description="Renders models and worlds on the CPU: images, exact ground truth, data sets and videos.",
+        epilog="To start, run `raycam demo DIR`. `raycam COMMAND --help` lists the options of a command.",
     )
-    made: dict[str, argparse.ArgumentParser] = {}
-    parser.set_defaults(main=main, commands=lambda: made)  # for `demo`, which runs others, and `completion`
+    parsers: dict[str, argparse.ArgumentParser] = {}
+    parser.set_defaults(
+        main=main, commands=lambda: parsers
+    )  # for `demo`, which runs others, and `completion`
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():
         command = commands.add_parser(
             name,
             help=help_text,
-            usage=None if name not in LONG else f"raycam {name} {LONG[name]} [options]",
+            usage=None if name not in LONG_USAGES else f"raycam {name} {LONG_USAGES[name]} [options]",
             description=f"{help_text[0].upper()}{help_text[1:]}.",
             epilog="examples:\n" + "\n".join(f"  {example}" for example in examples),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        made[name] = command
+        parsers[name] = command
         add(command)
-        add_loudness(command)
+        add_verbosity(command)
     return parser

@@ -4,26 +4,38 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command, size_of
+from .options.command import Command, parse_size
 
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "scenes", metavar="SCENE", nargs="*", help="terrain, rock, town, hair (all four otherwise)"
+        "scenes", metavar="SCENE", nargs="*", help="scenes: terrain, rock, town, hair (default: all)"
     )
     command.add_argument(
-        "--triangles", metavar="N", type=int, default=1_000_000, help="of each scene, about (1000000)"
+        "--triangles",
+        metavar="N",
+        type=int,
+        default=1_000_000,
+        help="approximate number of triangles per scene (default: 1000000)",
     )
     command.add_argument(
-        "--size", metavar="WxH", type=size_of, default=(640, 480), help="primary rays (640x480)"
+        "--size",
+        metavar="WxH",
+        type=parse_size,
+        default=(640, 480),
+        help="image size of the primary rays (default: 640x480)",
     )
     command.add_argument(
-        "--repeat", metavar="N", type=int, default=5, help="calls, of which the best counts (5)"
+        "--repeat",
+        metavar="N",
+        type=int,
+        default=5,
+        help="number of repetitions; the best one counts (default: 5)",
     )
     command.add_argument(
-        "--threads", metavar="N", type=int, help="threads of the first column (default: all)"
+        "--threads", metavar="N", type=int, help="number of threads of the first column (default: all)"
     )
-    command.add_argument("--seed", metavar="N", type=int, default=1, help="another variation of the scenes")
+    command.add_argument("--seed", metavar="N", type=int, default=1, help="seed of the scenes (default: 1)")
     command.add_argument("--json", action="store_true", help="print JSON instead of a table")
     command.set_defaults(run=_run)
 
@@ -49,7 +61,7 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "measure how many rays a second this machine traces, and Embree beside it if embreex is installed",
+    "measure how many rays per second this machine traces, compared with Embree if embreex is installed",
     [
         "raycam bench",
         "raycam bench hair --triangles 4000000 --threads 1",

@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ..calibration import WRITTEN_FORMATS, Cameras, save_cameras
-from ._options import Command, add_known, calibration_file, print_notices
-from .options.copies import add_copies, copies_of, has_copies
+from .options.cameras import add_known, find_calibration
+from .options.command import Command
+from .options.copies import add_copies, derive_cameras, has_copies
+from .options.messages import print_notices
 from .options.rigs import cameras_in
 
-ENDINGS = {
+FORMAT_ENDINGS = {
     "opencv": ".yaml",
     "ros": ".yaml",
     "kalibr": ".yaml",
@@ -24,29 +26,32 @@ ENDINGS = {
     "poses": ".txt",
     "euroc": ".csv",
 }
-FOLDERS = ("colmap", "colmap-binary", "blender-splits")
+FOLDER_FORMATS = ("colmap", "colmap-binary", "blender-splits")
 
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "file",
         metavar="FILE[:NAME]",
-        help="a calibration, trajectory, world file or folder; one camera of it",
+        help="calibration, trajectory, world file or folder; with :NAME, only that camera",
     )
     command.add_argument(
         "--to",
         metavar="FORMAT",
-        help=f"the format to write: {', '.join(WRITTEN_FORMATS)} (default: show what there is)",
+        help=f"write this format: {', '.join(WRITTEN_FORMATS)} (default: show the cameras)",
     )
     command.add_argument(
-        "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="output (default: the name of FILE with the format, in the current folder)",
     )
     add_known(command)
     add_copies(command)
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",
-        help="subtract this from the times; first: the time of the first camera",
+        help="time that is subtracted from the cameras' times; first: the earliest time",
     )
     command.set_defaults(run=_run)
 
@@ -59,25 +64,25 @@ def _run(options: argparse.Namespace) -> None:
 
     if options.to is not None and options.to not in WRITTEN_FORMATS:
         raise SettingsError(f"--to: {nearest('format', options.to, list(WRITTEN_FORMATS))}")
-    file, name = calibration_file(options.file) or (options.file, "")
+    file, name = find_calibration(options.file) or (options.file, "")
     cameras = cameras_in(file, options)
     images, times = {}, {}
     if isinstance(cameras, Cameras):
         images, times = cameras.images, _times(cameras.times, options.time_offset)
     elif options.time_offset is not None:
-        raise SettingsError("--time-offset is of the times of a trajectory, and a world has none")
+        raise SettingsError("--time-offset requires a trajectory; a world has no times")
     if name:
         if name not in cameras:
             raise CameraError(nearest("camera", name, list(cameras)))
         cameras = {name: cameras[name]}
-    cameras = copies_of(cameras, options)
+    cameras = derive_cameras(cameras, options)
     if options.to is None:
         if options.output is not None:
-            raise SettingsError("-o goes with --to, the format to write")
+            raise SettingsError("-o requires --to FORMAT")
         single = {name: item for name, item in cameras.items() if isinstance(item, Camera)}
         print(info_cameras(single, {name: item for name, item in cameras.items() if isinstance(item, Rig)}))
         return
-    ending = "" if options.to in FOLDERS else ENDINGS.get(options.to, ".json")
+    ending = "" if options.to in FOLDER_FORMATS else FORMAT_ENDINGS.get(options.to, ".json")
     output = Path(
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
@@ -96,17 +101,17 @@ def _times(times: Mapping[str, float], offset: str | None) -> dict[str, float]:
     if offset is None:
         return dict(times)
     if not times:
-        raise SettingsError("--time-offset is of the times of a trajectory, and there are none")
+        raise SettingsError("--time-offset requires a trajectory with times")
     try:
         start = min(times.values()) if offset == "first" else float(offset)
     except ValueError:
-        raise SettingsError(f"--time-offset {offset}: expected seconds, or first") from None
+        raise SettingsError(f"--time-offset {offset}: expected a number of seconds, or first") from None
     return {name: time - start for name, time in times.items()}
 
 
 COMMAND = Command(
     _add,
-    "show cameras, and convert calibrations and poses between the formats of other tools",
+    "show cameras, and convert calibrations and poses between formats",
     [
         "raycam cameras camchain.yaml",
         "raycam cameras room.toml --to colmap -o model",

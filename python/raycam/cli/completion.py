@@ -1,4 +1,4 @@
-"""The command `raycam completion`: what a shell needs to complete commands, options and their choices."""
+"""The command `raycam completion`: shell scripts that complete commands, options and their values."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import textwrap
 from collections.abc import Iterable, Iterator
 from typing import get_args
 
-from ._options import Command, options_of
+from .options.command import Command, option_names
 
 SHELLS = ("bash", "zsh", "fish")
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("shell", choices=SHELLS, metavar="SHELL", help=f"one of {', '.join(SHELLS)}")
+    command.add_argument("shell", choices=SHELLS, metavar="SHELL", help=f"shell: {', '.join(SHELLS)}")
     command.set_defaults(run=_run)
 
 
@@ -45,14 +45,13 @@ def _values(name: str, action: argparse.Action) -> list[str]:
 
 
 def _lists() -> dict[str, Iterable[str]]:
-    """The values of options whose errors list them, by option, or by command and option."""
+    """The values of options with a closed set of names, by option, or by command and option."""
     from ..calibration import FORMATS, WRITTEN_FORMATS
     from ..camera._arguments import Model
     from ..dataset.formats import FORMATS as DATA_SETS
     from ..explanation import SUBJECTS
-    from ..render import FILTERS, INTEGRATORS, channel_names
+    from ..render import FILTERS, INTEGRATORS, VIEWS, channel_names
     from ..render.arguments import SIDES
-    from ..render.frame import VIEWS
 
     return {
         "--axes": ("opencv", "opengl"),
@@ -73,7 +72,7 @@ def _lists() -> dict[str, Iterable[str]]:
 
 
 def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
-    """The script for bash, which zsh understands too. File names complete everywhere else."""
+    """The script for bash, which zsh also runs. File names complete everywhere else."""
     yield "_raycam() {"
     yield '    local word="${COMP_WORDS[COMP_CWORD]}" last="${COMP_WORDS[COMP_CWORD-1]}" words=""'
     yield "    COMPREPLY=()"
@@ -102,7 +101,7 @@ def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
     yield '    if [ "${word#-}" != "$word" ]; then'
     yield '        case "${COMP_WORDS[1]}" in'
     for name, command in parsers.items():
-        yield f'            {name}) words="{" ".join(options_of(command))}" ;;'
+        yield f'            {name}) words="{" ".join(option_names(command))}" ;;'
     yield "        esac"
     yield "    fi"
     yield '    if [ -n "$words" ]; then COMPREPLY=($(compgen -W "$words" -- "$word")); fi'
@@ -151,7 +150,7 @@ def _quoted(text: str) -> str:
 
 COMMAND = Command(
     _add,
-    "print what makes a shell complete raycam's commands and options",
+    "print a script that completes raycam's commands and options in a shell",
     [
         'eval "$(raycam completion bash)"          in ~/.bashrc',
         'eval "$(raycam completion zsh)"           in ~/.zshrc',

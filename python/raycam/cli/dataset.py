@@ -8,19 +8,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
-from ._job_options import add_job, job_options, shard_of
-from ._options import (
-    Command,
-    add_lens,
-    add_rendering,
-    add_world,
-    load_calibration,
-    load_world,
-    print_notices,
-    rendering,
-    size_of,
-)
-from .options.rigs import add_rig, rig_of
+from .options.cameras import WORLD_ENDINGS, add_lens, add_size, load_calibration
+from .options.command import Command
+from .options.jobs import add_job, job_options, parse_shard
+from .options.messages import print_notices
+from .options.rendering import add_render_options, given_render_options
+from .options.rigs import add_rig, find_rig
+from .options.worlds import add_world, load_world
 
 if TYPE_CHECKING:
     from ..calibration import Cameras
@@ -33,69 +27,66 @@ if TYPE_CHECKING:
 def _add(command: argparse.ArgumentParser) -> None:
     add_world(command)
     world = next(action for action in command._actions if action.dest == "world")
-    world.nargs = "?"  # --show has none
-    command.add_argument("-o", "--output", metavar="DIR", help="the folder to write to")
+    world.nargs = "?"  # --show requires no world
+    command.add_argument("-o", "--output", metavar="DIR", help="folder to write to")
     command.add_argument(
         "--show",
         metavar="DIR",
-        help="write DIR/contact_sheet.html, the labels of a data set (coco, yolo) over its pictures, and no data set",
+        help="write DIR/contact_sheet.html, which shows the labels of an existing data set (coco, yolo) on its images",
     )
     command.add_argument(
         "--format",
         metavar="NAME",
         default="coco",
-        help="coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, mot, hdf5, "
-        "mcap, replicator",
+        help="format: coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, "
+        "mot, hdf5, mcap, replicator",
     )
     command.add_argument(
         "--cameras",
         metavar="FILE",
-        help="a calibration, a trajectory or a world file whose cameras to use; else every frame of the world's video, "
-        "or its own cameras",
+        help="calibration, trajectory or world file that contains the cameras (default: every frame of the world's "
+        "video, or the world's cameras)",
     )
     add_rig(command)
     command.add_argument(
         "--poses",
         metavar="FILE",
-        help="a trajectory of the body of --rig (tum, kitti-poses, ...); else the video carries it, or it stands",
+        help="trajectory of the body of --rig (tum, kitti-poses, ...); default: the world's video, or a fixed pose",
     )
     command.add_argument(
         "--camera-format",
         metavar="NAME",
-        help="of the calibration that --cameras or --rig names (default: found by its contents)",
+        help="format of the calibration of --cameras or --rig (default: detected from its contents)",
     )
+    add_size(command, "image size in pixels; cameras in --cameras FILE that have another size are resized")
     command.add_argument(
-        "--size",
-        metavar="WxH",
-        type=size_of,
-        help="the size of the pictures: where --cameras FILE has another one, they are resized",
-    )
-    command.add_argument(
-        "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of --cameras get"
+        "--intrinsics",
+        metavar="FILE",
+        help="calibration whose first camera provides the intrinsics of the poses in --cameras",
     )
     add_lens(command)
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",
-        help="subtracted from the times of --cameras and --poses: seconds, or first for the earliest time",
+        help="time in seconds that is subtracted from the times of --cameras and --poses; first: the earliest time",
     )
     command.add_argument(
         "--sample",
         metavar="N",
         type=int,
-        help="WORLD is a recipe: make N randomised worlds of it, as raycam.Recipe describes",
+        help="use WORLD as a recipe (see raycam.Recipe) for N randomised worlds",
     )
     command.add_argument(
         "--option",
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="an option of the format, as in segmentation=polygon, baseline=0.54 or flow=true; may be given again",
+        help="option of the format, as in segmentation=polygon, baseline=0.54 or flow=true; may be repeated",
     )
     command.add_argument(
-        "--licence", metavar="NAME", default="", help="that of the pictures, for the data set's card"
+        "--licence", metavar="NAME", default="", help="licence of the images, for the data set's card"
     )
-    add_rendering(command)
+    add_render_options(command)
     add_job(command)
     command.set_defaults(run=_run)
 
@@ -113,7 +104,7 @@ def _run(options: argparse.Namespace) -> None:
     from ..randomize import Recipe
 
     chosen = dict(_option(text) for text in options.option)
-    shard = shard_of(options)
+    shard = parse_shard(options)
     world = load_world(options) if options.sample is None else Recipe(options.world)
     cameras, times = _cameras(options) if options.rig is None else _rigs(world, options)
     times = _from_offset(times, options.time_offset)
@@ -131,14 +122,16 @@ def _run(options: argparse.Namespace) -> None:
             retry_failed=options.retry_failed,
             progress=progress,
             licence=options.licence,
-            **rendering(options),
+            **given_render_options(options),
             **chosen,
         )
     print_notices(written.notices)
     if written.complete:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:
-        print(f"shard {options.shard} is finished; the index of {options.output} is made when all are")
+        print(
+            f"shard {options.shard} is finished; the index of {options.output} is written when all shards are"
+        )
 
 
 def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, list[float] | None]:
@@ -148,13 +141,13 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
     from ..world.load import load
 
     times = None
-    if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
+    if str(options.cameras).endswith(WORLD_ENDINGS):
         cameras: Mapping[str, Camera] = load(options.cameras).cameras
     else:
         found = load_calibration(options.cameras, options)
         cameras, times = found, _times(found)
     if not cameras:
-        raise SettingsError(f"{options.cameras} has no cameras")
+        raise SettingsError(f"{options.cameras}: no cameras found")
     return cameras, times
 
 
@@ -168,11 +161,11 @@ def _from_offset(times: list[float] | None, offset: str | None) -> list[float] |
     if offset is None:
         return times
     if times is None:
-        raise SettingsError("--time-offset is of the times of --cameras or --poses, and there are none")
+        raise SettingsError("--time-offset requires --cameras or --poses with times")
     try:
         start = min(times) if offset == "first" else float(offset)
     except ValueError:
-        raise SettingsError(f"--time-offset {offset}: expected seconds, or first") from None
+        raise SettingsError(f"--time-offset {offset}: expected a number of seconds, or first") from None
     return [time - start for time in times]
 
 
@@ -185,8 +178,8 @@ def _rigs(
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):
-        raise SettingsError("--rig goes without --cameras and --sample")
-    rig = rig_of(world, options)
+        raise SettingsError("--rig cannot be combined with --cameras and --sample")
+    rig = find_rig(world, options)
     assert rig is not None
     if options.poses is None:
         return rig, None
@@ -210,7 +203,7 @@ def _option(text: str) -> tuple[str, Any]:
 
 COMMAND = Command(
     _add,
-    "write a data set: pictures with their ground truth",
+    "write a data set: images with ground truth",
     [
         "raycam dataset room.toml -o room --format coco --option segmentation=polygon",
         "raycam dataset room.toml -o room --format kitti --cameras poses.txt --intrinsics camera.yaml",

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ._options import Command
+from .options.command import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "folder", metavar="DIR", nargs="?", default="raycam-demo", help="made if it is not there"
+        "folder", metavar="DIR", nargs="?", default="raycam-demo", help="output folder (default: raycam-demo)"
     )
     command.set_defaults(run=_run)
 
@@ -23,7 +23,7 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "make a world, pictures of it and a video",
+    "write a world, images of it and a video",
     [
         "raycam demo demo",
     ],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command
+from .options.command import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "show versions, processor and threads, and test a picture",
+    "show versions, processor and threads, and render a test image",
     [
         "raycam doctor",
     ],

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command, add_camera, add_world, load_world, view
+from .options.cameras import add_camera
+from .options.command import Command
+from .options.framing import find_camera
+from .options.worlds import add_world, load_world
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -15,14 +18,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         nargs=2,
         type=int,
         required=True,
-        help="column and row, from 0 at the top left",
+        help="column and row of the pixel; 0 0 is at the top left",
     )
-    command.add_argument("--figure", metavar="FILE", help="draw the explanation too: .svg, .png or .pdf")
+    command.add_argument("--figure", metavar="FILE", help="also draw the explanation: .svg, .png or .pdf")
     command.add_argument(
         "--of",
         metavar="SUBJECT",
         default="ray",
-        help="the ray (default), the light that reaches the pixel, or the tree that is searched",
+        help="subject: ray (default), light (the light that reaches the pixel) or tree (the search tree)",
     )
     add_camera(command)
     command.set_defaults(run=_run)
@@ -37,19 +40,19 @@ def _run(options: argparse.Namespace) -> None:
     if options.figure is not None:
         check_figure(options.figure)
     world = load_world(options)
-    explanation = explain(world, view(world, options), options.pixel)
+    explanation = explain(world, find_camera(world, options), options.pixel)
     if options.of == "light":
         print(explanation.lighting(), explanation.light_path(), sep="\n\n")
     else:
         print(explanation.tree() if options.of == "tree" else explanation)
     if options.figure is not None:
         explanation.save_figure(options.figure, options.of)
-        print(f"\n{options.figure}: the figure")
+        print(f"\n{options.figure}: figure")
 
 
 COMMAND = Command(
     _add,
-    "show every step that finds the colour of one pixel",
+    "explain step by step how the colour of a pixel is computed",
     [
         "raycam explain room.toml --pixel 320 240",
         "raycam explain room.toml --pixel 320 240 --figure explain.svg",

@@ -9,26 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from ._job_options import add_job, job_pool, lower_priority, shard_of
-from ._options import (
-    Command,
-    add_camera,
-    add_rendering,
-    add_world,
-    animation_of,
-    load_world,
-    named_camera,
-    numbers,
-    print_detail,
-    print_notices,
-    print_result,
-    rendering,
-    seconds,
-    view,
-)
-from .options.framing import reject_look
-from .options.look import add_look, dressed
+from .options.cameras import add_camera, load_camera
+from .options.command import Command, parse_region, parse_seconds
+from .options.framing import find_camera, reject_options
+from .options.jobs import add_job, job_pool, lower_priority, parse_shard
+from .options.look import add_look, apply_look
+from .options.messages import print_detail, print_notices, print_result
+from .options.rendering import add_render_options, given_render_options
 from .options.rigs import add_rig, require_rig_only, save_all
+from .options.worlds import add_world, load_world, parse_animation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,24 +35,24 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help=".png, .jpg, .exr, .hdr, .npz or .html (default: the world's name with .png, here); "
-        "- is the standard output, a PNG, or -.exr and so on",
+        help="output: .png, .jpg, .exr, .hdr, .npz or .html (default: the world's name with .png in the current "
+        "folder); - writes a PNG to the standard output, -.exr an EXR, and so on",
     )
     add_camera(command)
     add_look(command)
-    add_rendering(command)
+    add_render_options(command)
     group = command.add_argument_group("ground truth and files")
     group.add_argument(
         "--channels",
         metavar="NAME",
         nargs="+",
-        help="what the file holds: names as in the table of raycam.Frame (color depth normal instance ...), or "
-        "all (default: color; for .exr and .npz color depth instance triangle)",
+        help="channels of the file, as listed in the documentation of raycam.Frame (color depth normal instance ...), "
+        "or all (default: color; for .exr and .npz color depth instance triangle)",
     )
-    group.add_argument("--region", metavar="X,Y,W,H", type=numbers, help="render a part of the picture")
-    group.add_argument("--bits", type=int, metavar="N", help="8 (default) or 16 bits per channel, for .png")
+    group.add_argument("--region", metavar="X,Y,W,H", type=parse_region, help="render a part of the image")
+    group.add_argument("--bits", type=int, metavar="N", help="bits per channel of a .png: 8 (default) or 16")
     group.add_argument(
-        "--half", action="store_true", default=None, help="float16 instead of float32, for .exr"
+        "--half", action="store_true", default=None, help="write float16 instead of float32 to an .exr"
     )
     group = command.add_argument_group("motion and rigs")
     group.add_argument(
@@ -71,19 +60,20 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         nargs="?",
         const=4.0,
-        type=seconds,
-        help="a video that turns once around the world, in 4 seconds: .mp4 (default), .gif, ... or a folder",
+        type=parse_seconds,
+        help="render a video that turns once around the world (default: in 4 seconds): .mp4 (default), .gif, ... or a "
+        "folder",
     )
     group.add_argument(
         "--at",
         metavar="SECONDS",
         type=float,
-        help="the world, and the camera, at a time of its video or animation; shutters see it move on",
+        help="time of the world's video or animation, for the world and the camera; motion continues during exposure",
     )
     group.add_argument(
         "--animation",
         metavar="NAME",
-        help="of --at, where a glTF file has several: a name, or a number from 0",
+        help="animation of a glTF file for --at: a name, or a number from 0 (default: the first)",
     )
     add_rig(group)
     add_job(command)
@@ -110,13 +100,13 @@ def _run(options: argparse.Namespace) -> None:
     world = load_world(options)
     world, camera, rig = _moment(world, options)
     if rig is not None and not streamed:
-        reject_look(options, LOOK, "is of one camera, and --rig has several")
+        reject_options(options, LOOK_OPTIONS, "cannot be combined with --rig")
         _render_rig(options, output, world, rig, [*names, "disparity"] if paired else names)
         return
     if streamed and rig is not None:
-        raise SettingsError("-o - holds one picture; a rig has several")
+        raise SettingsError("-o - cannot be combined with --rig, which writes several images")
     if options.output is None and output.exists() and output.name in world.textures:
-        raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
+        raise SettingsError(f"{output} is a texture of this world; choose another name with -o")
     check_save(output, names, camera.size)
 
     def save(frame: Frame) -> None:
@@ -131,12 +121,22 @@ def _run(options: argparse.Namespace) -> None:
     _render(options, output, world, camera, channel_names(names), save)
 
 
-LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background", "background_camera")
-"""The options of looks."""
+LOOK_OPTIONS = (
+    "view_from",
+    "zoom",
+    "fov",
+    "hdri",
+    "sun",
+    "studio",
+    "ground",
+    "background",
+    "background_camera",
+)
+"""The options of a model's look."""
 
 
 def _names(options: argparse.Namespace, output: Path) -> tuple[Sequence[str], bool]:
-    """The channels of the file; and whether it has the disparity of a rig besides."""
+    """The channels of the file, and True if the disparity of a rig is added."""
     from ..render import DEFAULT_CHANNELS, channel_names
     from ..render.frame import PICTURES
 
@@ -157,22 +157,22 @@ def _render(
     names: Sequence[str],
     save: Callable[[Frame], object],
 ) -> None:
-    """Renders one picture here, or in tiles by a job, and saves it."""
-    from ..render import SHADED
+    """Renders one image, here or as a job of tiles, and saves it."""
+    from ..render import SHADED_CHANNELS
 
-    settings = rendering(options)
+    settings = given_render_options(options)
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
-        reject_look(options, ("background",), "goes without --workers, --cluster and --shard")
-        lit = set(names) & set(SHADED)
-        shown, settings = dressed(
+        reject_options(options, ("background",), "cannot be combined with --workers, --cluster and --shard")
+        lit = set(names) & set(SHADED_CHANNELS)
+        shown, settings = apply_look(
             world, camera, options, settings, shaded=bool(lit), truth_of_world=lit == set(names)
         )
         if _by_job(options, output, shown, camera, names, save, settings) is None:
-            print_result(f"shard {options.shard} is finished; {output} is made when all are")
+            print_result(f"shard {options.shard} is finished; {output} is written when all shards are")
         return
     if options.retry_failed or not options.resume:
-        raise SettingsError("--retry-failed and --no-resume go with --workers, --cluster or --shard")
+        raise SettingsError("--retry-failed and --no-resume require --workers, --cluster or --shard")
     lower_priority(options)
     save(_picture(options, world, camera, names, settings))
 
@@ -184,14 +184,16 @@ def _picture(
     names: Sequence[str],
     settings: Mapping[str, Any],
 ) -> Frame:
-    """Renders the picture, and lays it over the background of the options."""
+    """Renders the image, in front of the background of the options."""
     import time
 
     from ..progress import bar
-    from ..render import SHADED, render
+    from ..render import SHADED_CHANNELS, render
 
     def one(title: str, channels: Sequence[str], own: dict[str, Any]) -> Frame:
-        shown, used = dressed(world, camera, options, own, shaded=not set(SHADED).isdisjoint(channels))
+        shown, used = apply_look(
+            world, camera, options, own, shaded=not set(SHADED_CHANNELS).isdisjoint(channels)
+        )
         start = time.monotonic()
         print_detail(
             f"{title}: {', '.join(f'{name}={value}' for name, value in used.items()) or 'the defaults'}"
@@ -203,48 +205,46 @@ def _picture(
 
     if options.background is None:
         if options.background_camera is not None:
-            raise SettingsError(
-                "--background-camera took the photograph of --background FILE, which is missing"
-            )
+            raise SettingsError("--background-camera requires --background FILE")
         return one("rendering", names, dict(settings))
     if "color" not in names:
-        raise SettingsError(f"--background is behind the channel color; this has {', '.join(names)}")
+        raise SettingsError(f"--background needs the channel color; requested channels: {', '.join(names)}")
     from ..render.background import picture_behind
     from ..render.composition import over, studio_shadow
 
     behind = _background(options)
-    picture_behind(behind, camera, camera.size)  # its errors come before the picture
-    settings = {"view": "standard", **settings}  # of a frame that looks like its background
+    picture_behind(behind, camera, camera.size)  # errors are raised before rendering
+    settings = {"view": "standard", **settings}  # the frame's look matches the background's
     clear = one("rendering", names, {**settings, "transparent_background": True})
-    bare, _ = dressed(world, camera, options, dict(settings))
+    bare, _ = apply_look(world, camera, options, dict(settings))
     if bare.without_studio is not bare:
         clear = studio_shadow(clear, one("shadows", ["color"], dict(settings)))
     return over(clear, behind, keep=names)
 
 
 def _background(options: argparse.Namespace) -> Any:
-    """The colour or picture of `--background`, with the camera of `--background-camera`."""
+    """The colour or image of `--background`, with the camera of `--background-camera`."""
     from ..camera import Background
     from ..data import bundled
 
     found = bundled(options.background) or options.background
     if options.background_camera is None:
         return found
-    return Background(found, named_camera(options.background_camera, options))
+    return Background(found, load_camera(options.background_camera, options))
 
 
 def _turntable(options: argparse.Namespace) -> None:
-    """Makes the video of `--turntable`."""
+    """Renders the video of `--turntable`."""
     from ..video.files import ENDINGS
     from .video import run_turntable
 
     for name in ("at", "animation", "rig", "channels", "region", "bits", "half"):
         if getattr(options, name) is not None:
-            raise SettingsError(f"--{name} goes without --turntable, which makes a video")
+            raise SettingsError(f"--{name} cannot be combined with --turntable")
     output = Path(options.output or Path(options.world).with_suffix(".mp4").name)
     if output.suffix and output.suffix.lower() not in ENDINGS:
         raise SettingsError(
-            f"{output}: --turntable makes a video; expected {', '.join(ENDINGS)}, or a folder for PNG pictures"
+            f"{output}: --turntable renders a video; expected {', '.join(ENDINGS)}, or a folder for PNG images"
         )
     run_turntable(options, output)
 
@@ -254,12 +254,12 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
     rig = require_rig_only(world, options)
     if options.at is None:
         if options.animation is not None:
-            raise SettingsError("--animation goes with --at SECONDS")
-        return world, view(world, options) if rig is None else next(iter(rig.values())), rig
-    moment = world.at(options.at, animation_of(world, options))
+            raise SettingsError("--animation requires --at SECONDS")
+        return world, find_camera(world, options) if rig is None else next(iter(rig.values())), rig
+    moment = world.at(options.at, parse_animation(world, options.animation))
     # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
     seen = moment if world.cameras else world
-    camera = view(seen, options, moving=seen is world) if rig is None else next(iter(rig.values()))
+    camera = find_camera(seen, options, moving=seen is world) if rig is None else next(iter(rig.values()))
     if world.video is not None:
         camera = world.camera_at(camera, options.at)
         rig = None if rig is None else world.rig_at(rig, options.at)
@@ -272,10 +272,10 @@ def _render_rig(
     """Renders and saves a frame for each camera of the rig."""
     if any(value is not None for value in (options.workers, options.cluster, options.shard)):
         raise SettingsError(
-            "--rig goes without --workers, --cluster and --shard: raycam dataset shares pictures out"
+            "--rig cannot be combined with --workers, --cluster and --shard; use raycam dataset"
         )
     lower_priority(options)
-    frames = rig.render(world, channels=names, region=options.region, **rendering(options))
+    frames = rig.render(world, channels=names, region=options.region, **given_render_options(options))
     for path, (name, frame) in zip(
         save_all(frames, output, options.bits, options.half), frames.items(), strict=True
     ):
@@ -297,7 +297,7 @@ def _by_job(
     from ..jobs import tiled_picture
     from ..progress import frames_bar
 
-    shard = shard_of(options)
+    shard = parse_shard(options)
     package = tiled_picture.job_package(world, camera, channels=names, region=options.region, **settings)
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
         return tiled_picture.render_tiled(
@@ -314,19 +314,19 @@ def _by_job(
 
 COMMAND = Command(
     _add,
-    "make a picture of a world",
+    "render an image of a world",
     [
-        "raycam render model.glb                                    a picture, model.png, in the studio",
+        "raycam render model.glb                                    model.png, in the studio",
         "raycam render model.glb --view-from 1,1,2 --zoom 1.2       from another side",
-        "raycam render model.glb --camera calib.yaml --view-from front    through a lens without a pose",
-        "raycam render model.glb --hdri sky.hdr --ground -o a.png   in the light of an image",
-        "raycam render model.glb --background white --preset good   for a catalogue",
+        "raycam render model.glb --camera calib.yaml --view-from front    with a lens, from the front",
+        "raycam render model.glb --hdri sky.hdr --ground -o a.png   lit by an environment image",
+        "raycam render model.glb --background white --preset good   on white, with path tracing",
         "raycam render model.glb --turntable -o model.mp4           a video that turns around it",
-        "raycam render room.toml --camera calib.yaml                through a calibrated camera",
+        "raycam render room.toml --camera calib.yaml                with a calibrated camera",
         "raycam render room.toml -o room.exr --channels all         with all ground truth",
-        "raycam render room.toml -o room.exr --workers 4            in tiles, by processes; goes on after Ctrl-C",
-        "raycam render room.toml --integrator flat --samples 1      the lecture's picture",
+        "raycam render room.toml -o room.exr --workers 4            in tiles, by 4 processes; can be resumed",
+        "raycam render room.toml --integrator flat --samples 1      the lecture's image",
         "raycam render car.toml --rig stereo -o car.exr --channels depth disparity    car_left.exr ...",
-        "raycam render car.toml --at 1.5 -o car.png                 as its video has it after 1.5 s",
+        "raycam render car.toml --at 1.5 -o car.png                 at 1.5 s of its video",
     ],
 )

@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ._options import Command, add_known, named_camera
+from .options.cameras import add_known, load_camera
+from .options.command import Command
 
 if TYPE_CHECKING:
     from ..render.frame import Frame
@@ -16,17 +17,24 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--camera",
         metavar="FILE[:NAME]",
-        help="a calibration or a world file, and the camera in it (default: 1920 x 1080 with a lens)",
+        help="camera to check, from a calibration or a world file (default: 1920 x 1080 with a lens)",
     )
     add_known(command)
-    command.add_argument("--views", metavar="N", type=int, default=20, help="pictures of the board (20)")
     command.add_argument(
-        "--board", metavar="KIND", default="charuco", help="charuco (default) or checkerboard"
+        "--views", metavar="N", type=int, default=20, help="number of board images (default: 20)"
     )
-    command.add_argument("--samples", metavar="N", type=int, default=64, help="rays per pixel (64)")
-    command.add_argument("--threads", metavar="N", type=int, help="threads (default: all)")
     command.add_argument(
-        "-o", "--output", metavar="DIR", help="keep the pictures of the board, for other calibration tools"
+        "--board", metavar="KIND", default="charuco", help="board: charuco (default) or checkerboard"
+    )
+    command.add_argument(
+        "--samples", metavar="N", type=int, default=64, help="samples per pixel (default: 64)"
+    )
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="save the board images in this folder, for other calibration tools",
     )
     command.set_defaults(run=_run)
 
@@ -43,8 +51,8 @@ def _run(options: argparse.Namespace) -> None:
         if folder is not None:
             frame.save(folder / f"{number:06d}.png")
 
-    camera = None if options.camera is None else named_camera(options.camera, options)
-    with bar("looking at the board") as progress:
+    camera = None if options.camera is None else load_camera(options.camera, options)
+    with bar("rendering the board") as progress:
         found = selfcheck(
             camera,
             views=options.views,
@@ -60,7 +68,7 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "render a calibration board, calibrate with OpenCV, and compare with the camera",
+    "render a calibration board, calibrate with OpenCV, and compare the result with the camera",
     [
         "raycam selfcheck",
         "raycam selfcheck --camera camchain.yaml:cam1 --views 40",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import JobError
-from ._options import Command
+from .options.command import Command
 
 if TYPE_CHECKING:
     from ..jobs.job import Job
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def _add_folder(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "folder", metavar="DIR", help="a folder of pictures or a data set, or the file that is being made"
+        "folder", metavar="DIR", help="folder of images or of a data set, or the unfinished file"
     )
 
 
@@ -29,7 +29,7 @@ def _job(name: str) -> Job:
         folder = job_folder(folder)
     elif folder.is_file():
         raise JobError(
-            f"{folder}: this is a file, and complete; frames that --keep-frames leaves are in {name}.job"
+            f"{folder}: the file is complete and has no job; --keep-frames keeps the frames in {name}.job"
         )
     return Job(folder)
 
@@ -69,12 +69,12 @@ def _verify(options: argparse.Namespace) -> None:
     if wrong:
         print(*wrong.values(), sep="\n")
         raise JobError(
-            f"{options.folder}: {len(wrong)} damaged or gone. Damaged files are called .damaged now, and the command "
-            "that made the job makes all of it again"
+            f"{options.folder}: {len(wrong)} files are damaged or missing; damaged files were renamed to .damaged, and "
+            "running the job's command again restores all of them"
         )
     state = job.status()
-    print(f"{options.folder}: {state.finished} of {state.frames} frames finished, every byte as it was made")
+    print(f"{options.folder}: {state.finished} of {state.frames} frames finished, all files intact")
 
 
-STATUS = Command(_add_status, "show how far a job is", ["raycam status room.mp4"])
-VERIFY = Command(_add_verify, "read every file of a job and compare it", ["raycam verify room.mp4"])
+STATUS = Command(_add_status, "show the progress of a job", ["raycam status room.mp4"])
+VERIFY = Command(_add_verify, "verify the checksum of every file of a job", ["raycam verify room.mp4"])

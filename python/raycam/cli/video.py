@@ -7,22 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Notice, SettingsError
-from ._job_options import add_job, job_pool, shard_of
-from ._options import (
-    Command,
-    add_camera,
-    add_rendering,
-    add_world,
-    load_world,
-    print_notices,
-    print_result,
-    rendering,
-    turning_view,
-    view,
-)
-from .options.framing import is_framed, reject_look
-from .options.look import add_look, dressed
+from .options.cameras import add_camera
+from .options.command import Command
+from .options.framing import find_camera, find_orbit_camera, is_framed, reject_options
+from .options.jobs import add_job, job_pool, parse_shard
+from .options.look import add_look, apply_look
+from .options.messages import print_notices, print_result
+from .options.rendering import add_render_options, given_render_options
 from .options.rigs import add_rig, per_camera_path, require_rig_only
+from .options.worlds import add_world, load_world
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -35,16 +28,16 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help=".mp4, .mov, .mkv, .webm, .gif, or a folder for PNG pictures (default: the name of WORLD with .mp4)",
+        help="output: .mp4, .mov, .mkv, .webm, .gif, or a folder for PNG images (default: the name of WORLD with .mp4)",
     )
     add_camera(command)
     add_look(command)
-    add_rendering(command)
+    add_render_options(command)
     group = command.add_argument_group("motion and sound")
     group.add_argument(
         "--turntable",
         action="store_true",
-        help="turn once around the world, in --seconds (4), whatever its file says of motion",
+        help="turn once around the world, in --seconds (default: 4), instead of the motion in the file",
     )
     group.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
     group.add_argument(
@@ -53,29 +46,33 @@ def _add(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--frames",
         metavar="A:B",
-        help="only frames A up to but not B, from 0, as in 0:24, 24: or -24: for the last 24",
+        help="render only frames A to B, B excluded, as in 0:24, 24:, or -24: for the last 24",
     )
     group.add_argument(
-        "--animation", metavar="NAME", help="of a glTF file: a name, or a number from 0 (default: the first)"
+        "--animation",
+        metavar="NAME",
+        help="animation of a glTF file: a name, or a number from 0 (default: the first)",
     )
     add_rig(group)
     group.add_argument(
-        "--audio", metavar="FILE", help="a file whose first track of sound goes along, as long as the video"
+        "--audio",
+        metavar="FILE",
+        help="file whose first audio track is added, cut or padded to the length of the video",
     )
     group.add_argument(
         "--lossless",
         action="store_true",
-        help="keep every bit: .mp4 (H.264 in RGB), .mov (PNG), .webm (VP9 in RGB); .mkv (FFV1) always does",
+        help="lossless compression: .mp4 (H.264 in RGB), .mov (PNG), .webm (VP9 in RGB); .mkv (FFV1) always is",
     )
     group.add_argument(
-        "--keep-frames", action="store_true", help="leave the frames in FILE.job when the file is complete"
+        "--keep-frames", action="store_true", help="keep the frames in FILE.job when the video is complete"
     )
     add_job(command)
     command.set_defaults(run=_run)
 
 
 def run_turntable(options: argparse.Namespace, output: Path) -> None:
-    """Makes the video of `raycam render --turntable SECONDS`."""
+    """Renders the video of `raycam render --turntable SECONDS`."""
     values = vars(options)
     own = {
         "frames": None,
@@ -91,12 +88,16 @@ def run_turntable(options: argparse.Namespace, output: Path) -> None:
 def _seen(
     world: World, options: argparse.Namespace, settings: dict[str, Any]
 ) -> tuple[World, Camera, dict[str, Any]]:
-    """The world in its light, turned around if the options say so, the camera and the settings of rendering."""
+    """The world with its look and motion, the camera and the render options."""
     from ..video import with_orbit
 
     still = options.turntable and is_framed(world, options)
-    camera = turning_view(world, options) if still else view(world, options, moving=not options.turntable)
-    lit, settings = dressed(world, camera, options, settings)
+    camera = (
+        find_orbit_camera(world, options)
+        if still
+        else find_camera(world, options, moving=not options.turntable)
+    )
+    lit, settings = apply_look(world, camera, options, settings)
     if options.turntable:
         lit = with_orbit(lit, target=world.bounds)
     return lit, camera, settings
@@ -109,17 +110,17 @@ def _run(options: argparse.Namespace) -> None:
 
     target = options.output or Path(options.world).with_suffix(".mp4").name
     frames = None if options.frames is None else frame_range(options.frames)
-    shard = shard_of(options)
+    shard = parse_shard(options)
     if options.background == "transparent":
         options.transparent_background, options.background = True, None
-    reject_look(options, ("background",), "a colour or picture is for pictures; a video takes transparent")
+    reject_options(options, ("background",), "videos support only transparent")
     world = load_world(options)
     rig = require_rig_only(world, options)
-    camera, settings = None, rendering(options)
+    camera, settings = None, given_render_options(options)
     if rig is None:
         world, camera, settings = _seen(world, options, settings)
     elif options.turntable:
-        raise SettingsError("--turntable moves one camera; a rig moves as the world's video says")
+        raise SettingsError("--turntable cannot be combined with --rig")
     told: set[Notice] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):
@@ -151,20 +152,20 @@ def _run(options: argparse.Namespace) -> None:
             told.update(film.notices)
             width, height = film.camera.size
             if count is None:
-                print_result(f"shard {options.shard} is finished; {output} is made when all are")
+                print_result(f"shard {options.shard} is finished; {output} is written when all shards are")
             else:
                 print_result(f"{output}: {count} frames of {width} x {height}, {film.fps:g} a second")
 
 
 COMMAND = Command(
     _add,
-    "make a video of a world as its [video] or its animation says",
+    "render a video of a world: its [video], its animation, or a turn around it",
     [
-        "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
+        "raycam video room.toml -o room.mp4                          run again after Ctrl-C to resume",
         "raycam video fox.glb --animation Run                        fox.mp4",
         "raycam video model.glb -o model.mp4 --turntable --seconds 6",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
-        "raycam video room.toml -o room.webm --transparent-background  over a page; .mov for editors",
+        "raycam video room.toml -o room.webm --transparent-background  with an alpha channel; .mov for editors",
         "raycam video room.toml -o room.mp4 --audio steps.wav",
         "raycam video car.toml --rig stereo -o car.mp4               car_left.mp4, car_right.mp4",
         "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",

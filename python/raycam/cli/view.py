@@ -1,4 +1,4 @@
-"""`raycam view`."""
+"""The command `raycam view`."""
 
 from __future__ import annotations
 
@@ -10,66 +10,72 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
 from ..io.system_calls import give_memory_back
-from ._options import Command, add_camera, load_calibration, load_world, print_notice, view
+from .options.cameras import WORLD_ENDINGS, add_camera, load_calibration
+from .options.command import Command
+from .options.framing import find_camera
+from .options.messages import print_notice
+from .options.worlds import add_texture_memory, load_world
 
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
-SHOWN = ("channel", "exposure", "view")
-"""The options of a page of frames."""
+FRAME_OPTIONS = ("channel", "exposure", "view")
+"""The options of a page that shows saved frames."""
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", metavar="WORLD|FRAME", help="a world, or a frame saved as .npz or .exr")
+    command.add_argument("world", metavar="WORLD|FRAME", help="world, or a frame saved as .npz or .exr")
     command.add_argument(
-        "compare", metavar="FRAME", nargs="?", help="a second frame, to compare with the first"
+        "compare", metavar="FRAME", nargs="?", help="second frame, to compare with the first"
     )
-    command.add_argument("--texture-memory", metavar="SIZE", help="memory for textures, as 512MiB")
+    add_texture_memory(command)
     add_camera(command)
     command.add_argument(
         "--cameras",
         metavar="FILE",
-        help="a calibration, a trajectory or another world, whose cameras are listed beside the world's",
+        help="calibration, trajectory or world file whose cameras are listed in addition to the world's",
     )
-    command.add_argument("--integrator", metavar="NAME", help="the light of still pictures: direct or path")
-    command.add_argument("--samples", metavar="N", type=int, help="rays per pixel of still pictures")
+    command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
+    command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")
     command.add_argument(
-        "--at", metavar="SECONDS", type=float, help="the time of its video or animation shown first"
+        "--at", metavar="SECONDS", type=float, help="initial time of the world's video or animation"
     )
-    command.add_argument("--animation", metavar="NAME", help="the animation of a glTF file shown first")
+    command.add_argument("--animation", metavar="NAME", help="initial animation of a glTF file")
     command.add_argument(
-        "--variant", dest="first_variant", metavar="NAME", help="the material variant shown first"
+        "--variant", dest="first_variant", metavar="NAME", help="initial material variant of a glTF file"
     )
-    command.add_argument("--channel", metavar="NAME", help="the channel shown first, as depth")
-    command.add_argument("--exposure", metavar="STOPS", type=float, help="the exposure at first")
+    command.add_argument("--channel", metavar="NAME", help="initial channel, for example depth")
+    command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure")
     command.add_argument(
-        "--view", metavar="NAME", help="the view transform at first: standard, agx or pbr_neutral"
+        "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
     )
-    command.add_argument("--threads", metavar="N", type=int, help="threads (default: all)")
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.add_argument("--port", metavar="N", type=int, help="port (default: 7421, or the next free one)")
     command.add_argument(
-        "--port", metavar="N", type=int, help="the port (default: 7421, or the next free one)"
+        "--host", metavar="ADDRESS", default="127.0.0.1", help="address to listen on (default: 127.0.0.1)"
     )
-    command.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="the address to listen on")
     command.add_argument(
-        "--yes", action="store_true", help="listen on another address than this machine's own"
+        "--yes", action="store_true", help="confirm that --host makes the viewer reachable from the network"
     )
     command.add_argument(
         "--allow-host",
         metavar="NAME",
         action="append",
         default=[],
-        help="a name of this server behind a proxy",
-    )
-    command.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
-    command.add_argument(
-        "--no-edit", action="store_true", help="look alone: objects and lights stay as they are"
+        help="additional host name under which a proxy serves the viewer; may be repeated",
     )
     command.add_argument(
-        "--allow-open", action="store_true", help="files that are dropped on the page are opened there"
+        "--no-browser", action="store_true", help="print the address instead of opening a browser"
     )
-    command.add_argument("--follow", action="store_true", help="all clients share one camera, as in teaching")
-    command.add_argument("--exit-when-closed", action="store_true", help="end when the page is closed")
+    command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
+    command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
+    command.add_argument(
+        "--follow", action="store_true", help="all clients share one camera, for example for teaching"
+    )
+    command.add_argument(
+        "--exit-when-closed", action="store_true", help="stop the server when the page is closed"
+    )
     command.set_defaults(run=_run)
 
 
@@ -80,7 +86,8 @@ def _run(options: argparse.Namespace) -> None:
         _show_frames(options)
     elif options.compare is not None:
         raise SettingsError(
-            f"{options.compare}: two frames are compared, saved as .npz or .exr; {options.world} is a world"
+            f"{options.compare}: cannot be compared with {options.world}, which is a world; expected two frames saved "
+            "as .npz or .exr"
         )
     else:
         _view_world(options)
@@ -94,7 +101,7 @@ def _show_frames(options: argparse.Namespace) -> None:
     frame = load_frame(options.world)
     _refuse_others(options)
     more: dict[str, Any] = {} if options.compare is None else {"compare": load_frame(options.compare)}
-    shown = {name: getattr(options, name) for name in SHOWN}
+    shown = {name: getattr(options, name) for name in FRAME_OPTIONS}
     made = page(frame, title=Path(options.world).name, **shown, **more)
     print(write_page(made, browser=not options.no_browser))
 
@@ -105,12 +112,12 @@ def _refuse_others(options: argparse.Namespace) -> None:
     _add(command)
     defaults = vars(command.parse_args([options.world, *filter(None, [options.compare])]))
     given = [name for name, value in defaults.items() if getattr(options, name) != value]
-    others = [name for name in given if name not in (*SHOWN, "no_browser")]
+    others = [name for name in given if name not in (*FRAME_OPTIONS, "no_browser")]
     if others:
         named = ", ".join(f"--{name.removeprefix('first_').replace('_', '-')}" for name in others)
-        shown = ", ".join(f"--{name}" for name in SHOWN)
+        shown = ", ".join(f"--{name}" for name in FRAME_OPTIONS)
         raise SettingsError(
-            f"{named}: for worlds, and {options.world} is a saved frame; its page takes {shown} and --no-browser"
+            f"{named}: not supported for the saved frame {options.world}; supported: {shown} and --no-browser"
         )
 
 
@@ -125,7 +132,7 @@ def _view_world(options: argparse.Namespace) -> None:
     _add_cameras(world, options)
     with Viewer(
         world,
-        view(world, options),
+        find_camera(world, options),
         title=Path(options.world).name,
         integrator=options.integrator,
         samples=options.samples,
@@ -148,10 +155,12 @@ def _view_world(options: argparse.Namespace) -> None:
             "view": options.view,
         },
     ) as viewer:
-        print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
+        print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
         if not open_browser(viewer.url, False if options.no_browser else None):
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
-            print_notice(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
+            print_notice(
+                f"from another machine: run ssh -L {port}:127.0.0.1:{port} HOST, then open the same address"
+            )
         viewer.wait(exit_when_closed=options.exit_when_closed)
 
 
@@ -164,7 +173,7 @@ def _add_cameras(world: World, options: argparse.Namespace) -> None:
         return
     found: Mapping[str, Camera] = (
         load(options.cameras).cameras
-        if options.cameras.endswith((".toml", ".glb", ".gltf"))
+        if options.cameras.endswith(WORLD_ENDINGS)
         else load_calibration(options.cameras, options)
     )
     if any(is_unposed_within(world, camera) for camera in found.values()):
@@ -174,23 +183,23 @@ def _add_cameras(world: World, options: argparse.Namespace) -> None:
 
 
 def _check_host(options: argparse.Namespace) -> None:
-    """Refuses to be seen by the network unless it is told twice."""
+    """Raises `SettingsError` for an address that the network can reach, unless `--yes` is given."""
     try:
         is_own = options.host == "localhost" or ipaddress.ip_address(options.host).is_loopback
     except ValueError:
-        raise SettingsError(f"--host {options.host}: expected an address, as 0.0.0.0 or ::1") from None
+        raise SettingsError(f"--host {options.host}: expected an address, such as 0.0.0.0 or ::1") from None
     if not is_own and not options.yes:
         raise SettingsError(
-            f"--host {options.host}: everyone on the network could then read along, for there is no encryption; "
+            f"--host {options.host}: other people on the network could connect, and the connection is not encrypted; "
             "forward the port with ssh instead, or add --yes"
         )
     if not is_own:
-        print_notice("everyone on the network can try this port and read along")
+        print_notice("the viewer is reachable from the network, without encryption")
 
 
 COMMAND = Command(
     _add,
-    "look at a world live in the browser, or at saved frames with every number",
+    "show a world live in the browser, or inspect saved frames",
     [
         "raycam view room.toml",
         "raycam view fox.glb --animation Run --at 0.5 --channel depth",

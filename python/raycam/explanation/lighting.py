@@ -37,7 +37,7 @@ class Surface:
     color: Floats
     """The base colour, [3], linear."""
     model: str
-    """The reflection model: "lecture", "unlit", "metal", "glass" or "principled"."""
+    """The reflection model: "phong", "unlit", "metal", "glass" or "principled"."""
     diffuse: float
     """The lecture's diffuse share; NaN for other models."""
     specular: Floats
@@ -139,7 +139,7 @@ def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | Non
     side = -np.sign(float(hit["normal"] @ direction)) or 1.0
     material = material_of(world, int(hit["instance"]), int(hit["triangle"]))
     model, values = material["model"], material["values"]
-    is_lecture = model == "lecture"
+    is_phong = model == "phong"
     return Surface(
         object_name=world.objects[int(hit["instance"])].name,
         point=np.asarray(hit["position"], np.float64),
@@ -148,16 +148,16 @@ def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | Non
         to_eye=-direction,
         color=np.asarray(hit["albedo"], np.float64),
         model=model,
-        diffuse=values["diffuse"] if is_lecture else np.nan,
-        specular=np.array(values["specular"]) if is_lecture else np.full(3, np.nan),
-        shininess=values["shininess"] if is_lecture else np.nan,
+        diffuse=values["diffuse"] if is_phong else np.nan,
+        specular=np.array(values["specular"]) if is_phong else np.full(3, np.nan),
+        shininess=values["shininess"] if is_phong else np.nan,
     )
 
 
 def material_of(world: World, instance: int, triangle: int) -> dict[str, Any]:
     """The material of a triangle: `model`, its `values`, and what the core writes of all materials."""
     found: dict[str, Any] = json.loads(world._core.material(instance, triangle))
-    model = found.pop("reflectance")
+    model = found.pop("model")
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
     return {**found, "model": name.lower(), "values": values}
 
@@ -194,7 +194,7 @@ def _term(
     is_lit = cosine > 0 and float(surface.normal @ to_light) > 0
     if is_lit:
         blocker, reach = _blocker(world, surface, to_light, distance)
-    if surface.model == "lecture":
+    if surface.model == "phong":
         arrives = irradiance * max(cosine, 0.0) * float(is_lit and blocker is None)
         mirror = 2 * float(surface.shading_normal @ surface.to_eye) * surface.shading_normal - surface.to_eye
         lobe = max(float(mirror @ to_light), 0.0) ** surface.shininess
@@ -264,7 +264,7 @@ def _text(found: Lighting) -> Iterator[str]:
     yield f"   n, the shading normal     {vector(surface.shading_normal)}"
     yield f"   w, back to the camera     {vector(surface.to_eye)}"
     yield f"   The base colour           {vector(surface.color)}, linear RGB"
-    if surface.model == "lecture":
+    if surface.model == "phong":
         yield f"   diffuse share kd          {number(surface.diffuse)}"
         yield f"   specular albedo ks        {vector(surface.specular)}, exponent s = {number(surface.shininess)}"
         yield "   m = 2 (n·w) n - w, the mirror direction of w"

@@ -84,7 +84,7 @@ def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -
     """A copy of a world without lights, with a bulb that gives `point` an irradiance of 1 from `towards` [3]."""
     made = dark.copy()
     made.add_light(
-        {"type": "bulb", "position": (point + distance * towards).tolist(), "intensity": [distance**2] * 3}
+        {"type": "point", "position": (point + distance * towards).tolist(), "intensity": [distance**2] * 3}
     )
     return made
 

@@ -14,7 +14,6 @@ from ..errors import JobError, Notice, SettingsError
 from ..io.npz import npz_bytes
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
-from ..render.old_names import current_names
 from ..world import World
 from .job import Job, Progress, Shard
 from .job_package import JobPackage
@@ -44,7 +43,6 @@ def job_package(
     Raises `SettingsError` for `time_limit` and `denoise`, which need the whole picture, and for a `region` outside the
     picture.
     """
-    settings = current_names(settings)
     for name in ("time_limit", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
             raise SettingsError(

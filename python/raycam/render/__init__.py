@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from .render import (
-    DEFAULT_CHANNELS,
-    FILTERS,
-    INTEGRATORS,
-    OPTIONS,
-    SHADED,
-    STUDIO_NOTICE,
-    Region,
-    channel_names,
-    is_unlit,
-    render,
-    studio_settings,
-)
+from .options import FILTERS, INTEGRATORS, RENDER_OPTIONS, VIEWS, RenderOption, RenderOptions
+from .render import render
+from .request import DEFAULT_CHANNELS, SHADED_CHANNELS, Region, channel_names
+from .studio import STUDIO_NOTICE, is_unlit, studio_options
 
 __all__ = [
     "DEFAULT_CHANNELS",
     "FILTERS",
     "INTEGRATORS",
-    "OPTIONS",
-    "SHADED",
+    "RENDER_OPTIONS",
+    "SHADED_CHANNELS",
     "STUDIO_NOTICE",
+    "VIEWS",
     "Region",
+    "RenderOption",
+    "RenderOptions",
     "channel_names",
     "is_unlit",
     "render",
-    "studio_settings",
+    "studio_options",
 ]

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import flag, one_of, real, whole
+from ..arguments import flag, one_of, whole
 from ..camera import Camera
 from ..errors import FormatError, Notice, SettingsError, nearest
 from ..io import atomic_files
@@ -20,10 +20,10 @@ from ..io.npz import npz_bytes
 from ..io.other_names import no_attribute
 from ..notices import warn_all
 from .channel_picture import channel_picture, encode_jpeg
+from .options import VIEWS, check_option
 
 __all__ = ["CHANNELS", "VIEWS", "Frame", "check_save", "encoded"]
 
-VIEWS = ["standard", "agx", "pbr_neutral"]
 
 CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
 """The dtype and the number of components of every channel."""
@@ -168,14 +168,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             raise SettingsError(
                 f"no picture without the channel color; this frame has {', '.join(self._channels)}"
             )
-        stops = (
-            self.exposure
-            if exposure is None
-            else real("exposure", exposure, -100, 100, what="a number of stops")
-        )
+        stops = self.exposure if exposure is None else check_option("exposure", exposure)
         linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
         chosen = self.view if view is None else view
-        one_of("view", chosen, VIEWS)
+        check_option("view", chosen)
         return _core.srgb_from_linear(linear, 2.0**stops, bits, chosen)
 
     def save(

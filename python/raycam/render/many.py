@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import base64
 import copy
+import inspect
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,9 @@ from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
 from ..render.arguments import camera_of, world_of
 from .frame import CHANNELS, Frame
-from .render import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
+from .options import RenderOptions, given_options
+from .render import CATCHER_NOTICE, render
+from .request import DEFAULT_CHANNELS, channel_names, image_request
 
 if TYPE_CHECKING:
     from ..world import World
@@ -115,7 +118,7 @@ def render_many(
     catcher_truth: bool = False,
     out: Mapping[str, npt.NDArray[Any]] | None = None,
     progress: Callable[[int, int], object] | None = None,
-    **settings: Any,
+    **options: Unpack[RenderOptions],
 ) -> Frames:
     """Renders many pictures of a world, with other poses of its objects and other cameras; the world stays as it is.
 
@@ -142,7 +145,8 @@ def render_many(
         raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
-    _refuse_single(settings)
+    _refuse_single(options)
+    given = given_options({k: v for k, v in options.items() if k != "denoise"}, ARGUMENTS)
     names = channel_names(channels)
     if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
@@ -154,11 +158,11 @@ def render_many(
             "surface": surface,
             "region": region,
         }
-        asked |= {"channels": names, "transparent_background": transparent_background, **settings}
+        asked |= {"channels": names, "transparent_background": transparent_background, **given}
         return _composed(world, seen, moved, count, frame, out, progress, asked)
-    request, stops, display = request_of(
+    request, stops, view = image_request(
         world,
-        settings,
+        given,
         names=names,
         surface=surface,
         frame=whole("frame", frame, 0, (1 << 32) - count),
@@ -174,17 +178,19 @@ def render_many(
     notices += [CATCHER_NOTICE] if world._core.has_catchers and "color" in names else []
     warn_all(notices)
     area = None if region is None else tuple(request["region"])
-    look: dict[str, Any] = {"exposure": stops, "view": display, "transparent": transparent_background}
+    look: dict[str, Any] = {"exposure": stops, "view": view, "transparent": transparent_background}
     return Frames(arrays, seen, region=area, notices=notices, **look)
 
 
-def _refuse_single(settings: Mapping[str, Any]) -> None:
-    """Raises `SettingsError` for the settings that single pictures alone have."""
-    for name in ("denoise", "time_limit", "integrator"):
-        if settings.get(name) not in (None, False) and (
-            name != "integrator" or settings[name] == "reference"
-        ):
-            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+def _refuse_single(options: Mapping[str, Any]) -> None:
+    """Raises `SettingsError` for options that only single images support."""
+    for name in ("denoise", "time_limit"):
+        if options.get(name):
+            raise SettingsError(f"{name} is not supported by render_many; call render for each image")
+    if options.get("integrator") == "reference":
+        raise SettingsError(
+            'integrator="reference" is not supported by render_many; call render for each image'
+        )
 
 
 def _is_composed(world: World, names: Sequence[str], behind: Sequence[Any], transparent: bool) -> bool:
@@ -286,3 +292,7 @@ def _arrays(
     if given:
         raise SettingsError(f"out has {', '.join(given)}, which is not among the channels {', '.join(names)}")
     return arrays
+
+
+ARGUMENTS = [name for name in inspect.signature(render_many).parameters if name != "options"]
+"""The arguments of `render_many` besides the options of a render."""

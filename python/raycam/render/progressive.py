@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from .. import _core
 from .._core import Cancel
-from ..arguments import whole
+from ..arguments import real, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render.arguments import camera_of, world_of
 from .frame import Frame
-from .render import MAX_SAMPLES, Region, _region, channel_names, request_of
+from .options import ADAPTIVE_SAMPLES, MAX_SAMPLES, RenderOptions, given_options
+from .request import Region, channel_names, check_region, image_request
 
 if TYPE_CHECKING:
     from ..world import World
 
 __all__ = ["Cancel", "Progressive", "progressive"]
 
-SAMPLED = ("color", "alpha", "coverage", "error")
+SAMPLED_CHANNELS = ("color", "alpha", "coverage", "error")
 """The channels that change with samples."""
-LONGEST = 1e6  # seconds of a slice
+MAX_SLICE_S = 1e6
+"""Longest slice of `add_for`, in seconds."""
 
 
 class Progressive:
@@ -34,60 +36,64 @@ class Progressive:
         camera: Camera | str | os.PathLike[str] | None = None,
         *,
         channels: Sequence[str] | str = ("color", "alpha"),
-        samples: int = MAX_SAMPLES,
         frame: int = 0,
         region: Region | None = None,
         transparent_background: bool = False,
-        **settings: Any,
+        **options: Unpack[RenderOptions],
     ) -> None:
-        """Begins a picture of `world`, seen by `camera`, without samples.
+        """Creates an image of `world`, seen by `camera`, without samples.
 
-        World and camera are those of `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground truth
-        does not change with samples: render it once. `samples` is the number per pixel at which `add_for` ends.
-        `settings` are those of `render`: `integrator`, `max_depth`, `clamp`, `filter`, `seed`, `ambient_occlusion`,
-        `exposure`, `view` and `threads`, with the values of `[render]` of the world file, or else the defaults. Shadow
-        catchers are surfaces, and there is no studio and no background behind the picture.
+        `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
+        truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
+        stops.
+        `options` are the options of `render` except `noise_threshold` and `time_limit`. Shadow catchers are surfaces;
+        the studio and backgrounds are not supported.
 
-        Each square of 32 x 32 pixels or fewer keeps its own number of samples. Whatever stopped or sliced it, on any
-        number of threads, its pixels are those of `render(samples=n)` for its n. A number that changes the picture's
-        making (from 1 to 2, up to 16 in textured worlds, and once where a larger number pays for another tree) takes
-        its samples anew.
+        Each tile of 32 x 32 pixels or fewer has its own number of samples n. Its pixels are those of
+        `render(samples=n)`, independent of the slices and of the number of threads. Some numbers change how the image
+        is computed (from 1 to 2, up to 16 in textured worlds, and once if a larger number makes another tree
+        worthwhile); the tile is then sampled from scratch.
 
-        Raises `SettingsError` for other channels and settings, and errors of `render`.
+        Raises `SettingsError` for other channels and options, and the errors of `render`.
         """
         self._options: dict[str, Any] = {
             "channels": channels,
-            "samples": samples,
             "frame": frame,
             "region": region,
             "transparent_background": transparent_background,
-            **settings,
+            **options,
         }
+        given = given_options(options, ("channels", "frame", "region", "transparent_background"))
+        for name in ("noise_threshold", "time_limit"):
+            if name in given:
+                raise SettingsError(
+                    f"{name} is not supported by Progressive; stop when the image is good enough"
+                )
+        if given.get("integrator") == "reference":
+            raise SettingsError('integrator="reference" is not supported by Progressive; use raycam.render')
         self._world = world_of(world)
         self._camera = camera_of(self._world, camera)
         names = channel_names(channels)
         for name in names:
-            if name not in SAMPLED:
-                raise SettingsError(f"channel {name!r} does not change with samples: render it once")
+            if name not in SAMPLED_CHANNELS:
+                raise SettingsError(
+                    f"channel {name!r} does not depend on the number of samples; use raycam.render"
+                )
         if transparent_background and self._world._core.has_catchers:
-            raise SettingsError("shadow catchers are left out of pictures of render, not of progressive ones")
-        request, self._exposure, self._view = request_of(
+            raise SettingsError(
+                "shadow catchers with transparent_background are not supported by Progressive; use raycam.render"
+            )
+        request, self._exposure, self._view = image_request(
             self._world,
-            {**settings, "samples": samples},
+            {"samples": ADAPTIVE_SAMPLES, **given},
             names=names,
             surface="first",
             frame=frame,
             transparent_background=transparent_background,
             region=region,
         )
-        for name in ("noise_threshold", "time_limit"):
-            if settings.get(name) is not None:
-                raise SettingsError(
-                    f"{name} is an option of render: a progressive picture ends when you stop"
-                )
-            request[name] = None
-        if request["integrator"] == "reference":
-            raise SettingsError('integrator="reference" has no samples: render it once')
+        self._max_samples = request["samples"]
+        request |= {"noise_threshold": None, "time_limit": None}  # of the world file
         self._clear = transparent_background
         self._core = _core.Progressive(self._world._core, self._camera._core, request)
 
@@ -102,8 +108,8 @@ class Progressive:
         Pixels that have more than others get fewer. Returns the samples of the pixel there that has the fewest. Raises
         `Cancelled` once `cancel` is cancelled; every pixel is then a picture of the samples that it has.
         """
-        count = whole("samples", samples, 1, 1 << 24)
-        area = None if region is None else _region(region)
+        count = whole("samples", samples, 1, MAX_SAMPLES)
+        area = None if region is None else check_region(region)
         least = self._core.samples(area)
         self._core.add(least + count, area, cancel)
         return self._core.samples(area)
@@ -113,9 +119,8 @@ class Progressive:
 
         It ends at a square of pixels, and at the picture's `samples`. Raises `Cancelled` as `add` does.
         """
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST:
-            raise SettingsError(f"seconds must be a number from 0 to {LONGEST:g}, not {seconds!r}")
-        return self._core.add_for(float(seconds), cancel)
+        slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")
+        return self._core.add_for(slice_s, cancel)
 
     def frame(self) -> Frame:
         """The picture as it is. Raises `SettingsError` while a pixel has no sample."""
@@ -166,7 +171,7 @@ def progressive(
     from ..errors import Cancelled
 
     picture = Progressive(world, camera, **options)
-    most = whole("samples", picture._options["samples"], 1, 1 << 24)
+    most = picture._max_samples
     try:
         while (least := picture.samples) < most:
             if every is None:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from ..world import World
 from ..errors import Notice
 
-__all__ = ["LIT", "blank_notices"]
+__all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
 WHITE_SHARE = 0.98
 """The fraction of pixels beyond white from which a notice says so."""
 GRID = 24
 """Rays along each side by which a picture without ground truth is probed."""
-LIT = ("direct", "path")
+LIT_INTEGRATORS = ("direct", "path")
 """The integrators whose pictures show light."""
 
 Planes = Mapping[str, npt.NDArray[Any]]
@@ -45,7 +45,7 @@ def blank_notices(
         yield Notice(message, "nothing_visible")
         return
     color = planes.get("color")
-    if color is None or integrator not in LIT:
+    if color is None or integrator not in LIT_INTEGRATORS:
         return
     if not color[seen].any():
         message = (

@@ -23,7 +23,6 @@ from ..notices import warn_all
 from ..render import render
 from ..render.arguments import camera_of, world_of
 from ..render.frame import Frame
-from ..render.old_names import current_names
 from ..rig import Rig
 from ..sensors import Sensor, sample_sensor
 from ..sensors.sensor import require_sensor
@@ -88,7 +87,6 @@ class VideoPlan:
             world = with_orbit(world)
             message = "the world has no [video], so the camera orbits its middle in 4 seconds"
             self.notices.append(Notice(message, "default_video"))
-        settings = current_names(settings)
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
             message = (
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
@@ -264,7 +262,6 @@ def write_video(
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
     sound, and `OSError` if files cannot be read or written.
     """
-    settings = current_names(settings)
     sound = None if audio is None else Path(audio)
     check_video(
         Path(path), lossless=lossless, alpha=bool(settings.get("transparent_background")), audio=sound

@@ -87,7 +87,7 @@ def page(
         return Page(
             live_page(frame, world, unused, exposure=exposure, view=view, title=title, channel=channel)
         )
-    from ..render.render import _stops
+    from ..render.options import check_option
 
     more = _arrays(frame, {} if arrays is None else arrays)
     _check_same(frame, compare)
@@ -110,7 +110,7 @@ def page(
         "planes": [{**header, "key": key} for key, (header, _) in packed.items()],
         "names": _names(world),
         "origin": [x, y],
-        "exposure": _stops(frame.exposure if exposure is None else exposure),
+        "exposure": check_option("exposure", frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
         "notices": [str(notice) for notice in (*notices, *doubts)],

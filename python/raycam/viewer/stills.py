@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from .._core import Cancel
 from ..camera import Camera
-from ..render import render
 from ..render.frame import CHANNELS, Frame
 from ..render.progressive import Progressive
+from ..render.render import render
 from ..world import World
 
 __all__ = ["COLORS", "SAMPLED", "TRUTH", "FromScratch", "Refinement", "Slices", "refinement", "truth"]

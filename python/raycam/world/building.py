@@ -89,9 +89,10 @@ class WorldBuilding(WorldContents):
         radius of a sphere.
         With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
         alone, as on a ground that the photograph shows; in others it is a surface.
-        The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
-        A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
-        `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
+        A glTF file is turned from its up axis (y) to the world's, with a notice, except with `upright=False`. A
+        `matrix` applies to the file's own axes: the file is then not turned, with a notice, except with `upright=True`.
+        A USD file becomes one object, without its lights and cameras, and is turned in the same way. Raises
+        `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
         given = object_keys(description, dict(keys))
         with self._warning():

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..arguments import Floats, floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from .contents import WorldContents
 
-__all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera", "moments_of"]
+__all__ = [
+    "DIRECTIONS",
+    "FOV",
+    "axes_of",
+    "bounding_corners",
+    "framing_camera",
+    "moments_of",
+    "without_ground",
+]
 
 AnyWorld = TypeVar("AnyWorld", bound=WorldContents)
 
@@ -36,6 +46,14 @@ MARGIN = 0.9
 MAX_TRIANGLES = 400_000
 """Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
 
+MIN_GROUND_SIDE = 10.0
+"""The smallest side of a level square that counts as ground, in diagonals of the other objects' bounds."""
+MAX_SLOPE = 1e-6
+"""The largest height of a level square, in sides: the rounding error of files."""
+MAX_SQUARES = 1000
+"""Worlds with more squares are searched by name only."""
+GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
+"""The names of the squares of `World.add_ground` and `add_studio`, unless the user names them."""
 MOMENTS = 9
 """The times, evenly from its beginning to its end, by which a motion is framed."""
 
@@ -172,11 +190,48 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
     return [world.at(time, animation) for time in times]
 
 
-def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
-    """Points [n, 3] that bound the world: all corners of up to `most` triangles, or those of its bounds.
+def without_ground(world: AnyWorld) -> AnyWorld:
+    """Returns the world without the ground that its objects stand on; the same world if it has none, or nothing else.
 
-    None if it is empty.
+    A ground is a level square of two triangles: one that `World.add_ground` or `add_studio` named, or one whose side is
+    at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Names and shapes survive files of any format.
     """
+    axis = 2 if world.up == "z" else 1
+    squares = [item for item in world.objects if item.visible and item.triangles == 2]
+    if len(squares) > MAX_SQUARES:
+        squares = [item for item in squares if GROUND_NAME.fullmatch(item.name)]
+    sides = {item.id: np.ptp(world.triangles(item.id).reshape(-1, 3), axis=0) for item in squares}
+    level = [item for item in squares if sides[item.id][axis] <= MAX_SLOPE * sides[item.id].max()]
+    if not level:
+        return world
+    bounds = _hide(world, [item.id for item in level]).bounds
+    least = np.inf
+    if bounds is not None:
+        least = MIN_GROUND_SIDE * float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum()))
+    ground = [
+        item.id
+        for item in level
+        if GROUND_NAME.fullmatch(item.name) or np.delete(sides[item.id], axis).min() >= least
+    ]
+    if not ground or (bounds is None and len(ground) == len(level)):
+        return world
+    return _hide(world, ground)
+
+
+def _hide(world: AnyWorld, objects: Sequence[int]) -> AnyWorld:
+    """Returns a copy of the world in which objects are hidden."""
+    copy = world.copy()
+    for number in objects:
+        _core.world_set_object(copy._core, number, {"visible": False})
+    return copy
+
+
+def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
+    """Points [n, 3] that bound the world without its ground: all corners of up to `most` triangles, or of its bounds.
+
+    None if the world is empty.
+    """
+    world = without_ground(world)
     bounds = world.bounds
     if bounds is None:
         return None

@@ -1,4 +1,4 @@
-"""Keywords of objects and lights, and the words that are understood for them."""
+"""Keywords of objects and lights."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any, Literal, TypedDict
 
 import numpy.typing as npt
 
-from ..errors import Notice, WorldError, nearest
-from ..notices import warn
+from ..errors import WorldError, nearest
 from .texture import Texture, Wrap
 
 __all__ = ["LightKeys", "ObjectChanges", "ObjectKeys", "light_keys", "object_keys"]
@@ -137,29 +136,8 @@ SHAPES: dict[str, tuple[str, ...]] = {
 """The keys of each shape. A number or list in place of its table is the first, where the others may be left out."""
 SIZED = ("box", "plane", "sphere")
 """Shapes whose first key alone says how large they are."""
-LIGHTS = ("sun", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment")
-OBJECT_WORDS = {
-    "position": "location",
-    "translation": "location",
-    "cube": "box",
-    "ball": "sphere",
-    "transform": "matrix",
-}
-"""Words of other programs for keys of objects."""
-STRENGTHS: dict[str, tuple[tuple[str, ...], str]] = {
-    "sun": (("irradiance",), "irradiance, in W/m² on a surface that faces it"),
-    **dict.fromkeys(
-        ("point", "bulb", "spot"), (("power", "intensity"), "power, in W, or its intensity, in W/sr")
-    ),
-    "ies": (("power",), "power, in W, or the candela of its profile"),
-    **dict.fromkeys(("area", "disk"), (("radiance",), "radiance, in W/(m² sr)")),
-    "sky": (("radiance",), "radiance, or zenith and horizon, in W/(m² sr)"),
-    **dict.fromkeys(("daylight", "environment"), ((), "scale, a factor")),
-}
-"""By type of light: the keys of its strength, and their description."""
-STRENGTH_WORDS = ("power", "intensity", "irradiance", "radiance", "strength", "energy", "brightness", "watts")
-LIGHT_WORDS = {"location": "position"}
-"""Words of other programs for keys of lights."""
+STRENGTH_KEYS = ("irradiance", "power", "intensity", "radiance")
+"""The keys of lights that give a strength in physical units."""
 
 
 def object_keys(
@@ -169,16 +147,15 @@ def object_keys(
 
     Raises `WorldError` for a text that is neither.
     """
-    if isinstance(description, str) and description.lower() in (*SHAPES, "cube", "ball"):
-        word = description.lower()
-        description = {OBJECT_WORDS.get(word, word): {}}
+    if isinstance(description, str) and description.lower() in SHAPES:
+        description = {description.lower(): {}}
     elif isinstance(description, str | os.PathLike):
         if not Path(description).suffix:
             raise WorldError(
                 f"{nearest('shape', os.fspath(description), list(SHAPES))}; a mesh file has an ending, as in cow.obj"
             )
         description = {"mesh": os.fspath(description)}
-    given = _renamed(_together(description, keys), OBJECT_WORDS)
+    given = _together(description, keys)
     for shape, own in SHAPES.items():
         if shape in given:
             given[shape] = _shape_table(shape, own, given)
@@ -209,28 +186,10 @@ def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]
     """The keys of a light that is described by a dict or the word for its type, and by keywords."""
     if isinstance(description, str):
         description = {"type": description}
-    given = _renamed(_together(description, keys), LIGHT_WORDS)
-    kind = given.get("type")
-    if isinstance(kind, str) and kind in STRENGTHS:
-        own = STRENGTHS[kind][0]
-        for word in STRENGTH_WORDS:
-            if word in given and word not in own:
-                raise WorldError(
-                    f"{word}: the strength of a light of type {kind!r} is its {STRENGTHS[kind][1]}"
-                )
-    return given
+    return _together(description, keys)
 
 
 def _together(description: Mapping[str, Any] | None, keys: dict[str, Any]) -> dict[str, Any]:
     if description is not None and not isinstance(description, Mapping):
         raise WorldError(f"expected a dict, a text or keywords, not {type(description).__name__}")
     return {**(description or {}), **keys}
-
-
-def _renamed(keys: dict[str, Any], words: Mapping[str, str]) -> dict[str, Any]:
-    """The keys under the names of raycam, with a notice for each other word."""
-    for word, name in words.items():
-        if word in keys and name not in keys:
-            keys[name] = keys.pop(word)
-            warn(Notice(f"{word} is understood as {name}, its name here", "foreign_name"))
-    return keys

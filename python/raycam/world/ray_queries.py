@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +23,11 @@ from ..arguments import (
     whole,
     words,
 )
-from ..errors import SettingsError
+from ..errors import SettingsError, nearest
 from ..io.fork_guard import no_fork
 from .chosen import Chosen, object_mask
 
-__all__ = ["RayQueries"]
+__all__ = ["CrossingLimits", "RayLimits", "RayQueries"]
 
 Facing = Literal["both", "front", "back", "material"]
 Surface = Literal["first", "solid"]
@@ -35,6 +35,34 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 FIRST_HIT_FIELDS = ("t", "instance", "triangle", "barycentric", "normal", "position")
 CROSSING_FIELDS = ("t", "instance", "triangle", "barycentric", "front")
+
+
+class CrossingLimits(TypedDict, total=False):
+    """Limits of `World.intersections` and `World.count_intersections`; see `World.cast_rays`."""
+
+    t_min: npt.ArrayLike
+    """The smallest ray parameter: one number, or one for each ray (default: 0)."""
+    objects: Chosen | None
+    """The objects that count, by number or name (default: all)."""
+    exclude: Chosen | None
+    """Objects that do not count."""
+    surface: Surface
+    """"first" (default): every surface counts; "solid": only opaque surfaces."""
+    facing: Facing
+    """The sides that count: "both" (default), "front", "back" or "material"."""
+    threads: int | None
+    """The number of threads (default: all that the process may use)."""
+
+
+class RayLimits(CrossingLimits, total=False):
+    """Limits of `World.cast_rays` and `World.occluded`; see `World.cast_rays`."""
+
+    skip: tuple[npt.ArrayLike, npt.ArrayLike] | None
+    """(instance, triangle) that each ray passes through."""
+    exact: bool
+    """False: decide in float32 instead of exactly (default: True)."""
+    coherent: bool | None
+    """True if neighbouring rays are similar (default: detected); changes the speed only."""
 
 
 class RayQueries:
@@ -49,18 +77,10 @@ class RayQueries:
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         *,
-        t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
-        objects: Chosen | None = None,
-        exclude: Chosen | None = None,
-        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-        surface: Surface = "first",
-        facing: Facing = "both",
         fields: Iterable[str] = FIRST_HIT_FIELDS,
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
         cancel: Cancel | None = None,
+        **limits: Unpack[RayLimits],
     ) -> Arrays:
         """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
 
@@ -107,20 +127,7 @@ class RayQueries:
         Raises `SettingsError` for other shapes, limits that are NaN and unknown fields, with the nearest, and
         `WorldError` for unknown objects.
         """
-        query, shape = self._rays(
-            origins,
-            directions,
-            t_min,
-            t_max,
-            objects=objects,
-            exclude=exclude,
-            facing=facing,
-            surface=surface,
-            threads=threads,
-            skip=skip,
-            exact=exact,
-            coherent=coherent,
-        )
+        query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
         found = _core.world_cast_rays(self._core, query, _fields(fields), cancel)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
@@ -129,32 +136,10 @@ class RayQueries:
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         t_max: npt.ArrayLike = np.inf,
-        *,
-        t_min: npt.ArrayLike = 0.0,
-        objects: Chosen | None = None,
-        exclude: Chosen | None = None,
-        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-        surface: Surface = "first",
-        facing: Facing = "both",
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
+        **limits: Unpack[RayLimits],
     ) -> Bools:
         """True [...] for rays that hit anything at `t_min` <= t <= `t_max`; arguments and rules of `cast_rays`."""
-        query, shape = self._rays(
-            origins,
-            directions,
-            t_min,
-            t_max,
-            objects=objects,
-            exclude=exclude,
-            facing=facing,
-            surface=surface,
-            threads=threads,
-            skip=skip,
-            exact=exact,
-            coherent=coherent,
-        )
+        query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
         return _core.world_occluded(self._core, query).reshape(shape)
 
     def intersections(
@@ -162,15 +147,10 @@ class RayQueries:
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         *,
-        t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         max_hits: int | None = None,
-        objects: Chosen | None = None,
-        exclude: Chosen | None = None,
-        surface: Surface = "first",
-        facing: Facing = "both",
         fields: Iterable[str] = CROSSING_FIELDS,
-        threads: int | None = None,
+        **limits: Unpack[CrossingLimits],
     ) -> Arrays:
         """All crossings of each ray `origin + t * direction`, `t_min` <= t <= `t_max`, with surfaces.
 
@@ -193,17 +173,7 @@ class RayQueries:
         """
         if max_hits is not None:
             max_hits = whole("max_hits", max_hits, 0, 2**62)
-        query, _ = self._rays(
-            origins,
-            directions,
-            t_min,
-            t_max,
-            objects=objects,
-            exclude=exclude,
-            facing=facing,
-            surface=surface,
-            threads=threads,
-        )
+        query, _ = self._rays(origins, directions, t_max, limits, CrossingLimits)
         return _core.world_intersections(self._core, query, max_hits, _fields(fields))
 
     def count_intersections(
@@ -211,63 +181,44 @@ class RayQueries:
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         *,
-        t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         signed: bool = False,
-        objects: Chosen | None = None,
-        exclude: Chosen | None = None,
-        surface: Surface = "first",
-        facing: Facing = "both",
-        threads: int | None = None,
+        **limits: Unpack[CrossingLimits],
     ) -> npt.NDArray[np.int32]:
         """The number of crossings of each ray, int32 [...], by the rules of `intersections`.
 
         `signed`: crossings that leave (through the back of a triangle) less those that enter, which is the winding
         number of closed oriented meshes around the origin.
         """
-        query, shape = self._rays(
-            origins,
-            directions,
-            t_min,
-            t_max,
-            objects=objects,
-            exclude=exclude,
-            facing=facing,
-            surface=surface,
-            threads=threads,
-        )
+        query, shape = self._rays(origins, directions, t_max, limits, CrossingLimits)
         return _core.world_count_intersections(self._core, query, flag("signed", signed)).reshape(shape)
 
     def _rays(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        t_min: npt.ArrayLike,
         t_max: npt.ArrayLike,
-        *,
-        objects: Chosen | None,
-        exclude: Chosen | None,
-        facing: str,
-        surface: str,
-        threads: int | None,
-        exact: bool = True,
-        coherent: bool | None = None,
-        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        given: RayLimits | CrossingLimits,
+        allowed: type,
     ) -> tuple[dict[str, Any], tuple[int, ...]]:
-        """The query as the core takes it, and the shape of the rays; prepares the world."""
-        threads = thread_count(threads)
+        """Prepares the world; returns the query as the core takes it, and the shape of the rays."""
+        keys: dict[str, Any] = dict(given)
+        for name in keys.keys() - allowed.__annotations__.keys():
+            raise SettingsError(nearest("argument", name, list(allowed.__annotations__)))
+        threads, coherent, skip = thread_count(keys.get("threads")), keys.get("coherent"), keys.get("skip")
         starts, ways = paired(
             ("origins", triples("origins", origins)), ("directions", triples("directions", directions))
         )
         shape = starts.shape[:-1]
+        facing, surface = keys.get("facing", "both"), keys.get("surface", "first")
         query = {
             "origins": rows_of(starts),
             "directions": rows_of(ways),
-            "t_min": limits("t_min", t_min, shape),
+            "t_min": limits("t_min", keys.get("t_min", 0.0), shape),
             "t_max": limits("t_max", t_max, shape),
-            "exact": flag("exact", exact),
+            "exact": flag("exact", keys.get("exact", True)),
             "coherent": None if coherent is None else flag("coherent", coherent),
-            "objects": object_mask(self._core, objects, exclude),
+            "objects": object_mask(self._core, keys.get("objects"), keys.get("exclude")),
             "skip": None if skip is None else _skipped(skip, shape),
             "facing": one_of("facing", facing, ("both", "front", "back", "material")),
             "surface": one_of("surface", surface, ("first", "solid")),

@@ -15,7 +15,7 @@ from ..camera import Camera, check_camera
 from ..errors import WorldError
 from .building import WorldBuilding
 from .contents import WorldContents
-from .framing import axes_of
+from .framing import axes_of, without_ground
 
 __all__ = ["FLOOR", "add_ground", "add_studio"]
 
@@ -46,7 +46,7 @@ def add_ground(
     **material: Any,
 ) -> int:
     """Adds a level square under the world; see `World.add_ground`."""
-    bounds = world.bounds
+    bounds = without_ground(world).bounds
     if bounds is None and (height is None or size is None):
         raise WorldError("the world is empty: add its objects first, or give the ground's height and size")
     low, high = np.zeros((2, 3)) if bounds is None else bounds
@@ -76,7 +76,7 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
     to_key = math.cos(elevation) * level + math.sin(elevation) * upward
     image, scale = _room(world.up, toward, right, upward)
     if ground and (camera is None or camera.is_parallel or _is_above(world, camera)):
-        bounds = world.bounds
+        bounds = without_ground(world).bounds
         diagonal = 0.0 if bounds is None else float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum()))
         add_ground(world, name="studio floor", size=FLOOR_SIDE * (diagonal or 2.0))
     world.add_light(type="environment", image=image)
@@ -101,7 +101,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
 
 def _is_above(world: WorldContents, camera: Camera) -> bool:
     """True if the camera stands above the lowest point of the world, and so above its ground."""
-    bounds = world.bounds
+    bounds = without_ground(world).bounds
     axis = 2 if world.up == "z" else 1
     return bounds is not None and bool(camera.location[axis] > bounds[0][axis])
 

@@ -49,13 +49,15 @@ def load_usd(
 def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) -> int:
     """Adds all meshes of a USD file to a world as one object; returns its id.
 
-    The file's up axis becomes that of the world, except with `upright` False. `root` is the folder of the world.
+    The mesh is turned from the file's up axis to the world's, except with `upright` False, or with `matrix` unless
+    `upright` is True. `root` is the folder of the world.
     """
     keys = dict(keys)
     path = Path(root or "", keys["mesh"])
     inside = root is not None and path.resolve().is_relative_to(Path(root).resolve())
     keys.setdefault("name", path.stem)
-    up = core.up if keys.pop("upright", True) else None
+    upright = keys.pop("upright", None)
+    up = core.up if (keys.get("matrix") is None if upright is None else upright) else None
     from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
@@ -69,6 +71,11 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             raise FormatError(_of_usd(str(error), path, folder, files)) from None
         if up is not None and up != found["up"]:
             said.append(f"its up axis, {found['up']}, is turned to {up}: upright = false keeps it")
+        if up is None and upright is None and core.up != found["up"]:
+            said.append(
+                f"its up axis, {found['up']}, is not turned to {core.up}, because matrix applies to the file's own "
+                "axes; upright = true turns it before matrix is applied"
+            )
         notices = _notices_of_usd(core.notices[before:], path, folder, files)
         core.set_notices(
             [

@@ -13,7 +13,8 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        codes error_code notice error written up math color mesh texture material light camera animation render_options video model world schema
+        error written named_enum up foreign_terms math color mesh texture material light camera animation render_options
+        video model world schema
         triangles lib
     """,
     "formats": """

@@ -34,7 +34,7 @@ pub(crate) fn brightest(
     if camera.inner.motion().is_some() && world.time.is_some() && world.is_animated() {
         return Ok(vec![]);
     }
-    let cancel = arguments.cancel.as_ref().map(|cancel| &cancel.get().control);
+    let cancel = arguments.cancel().map(|cancel| &cancel.get().control);
     let found = run_cancellable(py, None, cancel, |control| {
         brightest_samples(&prepared, &camera.inner, &settings, pixels, control)
     })?;
@@ -53,7 +53,7 @@ pub(crate) fn render<'py>(
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<FrameParts<'py>> {
     let settings = arguments.settings()?;
-    let cancel = arguments.cancel.as_ref().map(|cancel| &cancel.get().control);
+    let cancel = arguments.cancel().map(|cancel| &cancel.get().control);
     let (world, prepared) = world.prepared_world(py, settings.threads)?;
     let ([_, _, width, height], pixels) = checked_region(&camera.inner, &settings).or_raise()?;
     let planes = OutputPlanes::new(py, &settings.channels, pixels);

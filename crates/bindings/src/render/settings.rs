@@ -2,34 +2,21 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{Catchers, Filter, Integrator, Settings, TruthSurface};
-use raycam_scene::ViewTransform;
-use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
+use raycam_render::{Catchers, Settings, TruthSurface};
+use raycam_scene::render_options::{OptionRange, OptionValue, RENDER_OPTIONS, RenderOption, RenderOptions};
+use raycam_scene::schema::from_value;
 
 use crate::arrays::DictResult;
 use crate::cancel::Cancel;
-use crate::error::settings_error;
+use crate::error::{OrRaise, as_settings_error, settings_error};
+use crate::py_value::to_value;
 use crate::render::frame::channel;
+use crate::world::state::World;
 
-/// A dict of everything that [`Settings`] holds, with names for the members of enums.
+/// The arguments of one call besides the options of [`RenderOptions`], from a dict.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct RenderArguments {
-    integrator: String,
-    samples: u32,
-    #[pyo3(default)]
-    noise_threshold: Option<f32>,
-    #[pyo3(default)]
-    time_limit: Option<f64>,
-    /// The names of noise threshold, time limit and transparent background until 0.2.
-    #[pyo3(default)]
-    noise: Option<f32>,
-    #[pyo3(default)]
-    time: Option<f64>,
-    #[pyo3(default)]
-    transparent: bool,
-    filter: String,
-    seed: u64,
+struct CallArguments {
     frame: u32,
     channels: Vec<String>,
     surface: String,
@@ -37,88 +24,120 @@ pub(crate) struct RenderArguments {
     transparent_background: bool,
     #[pyo3(default)]
     catchers: Option<String>,
-    max_depth: Option<u32>,
-    clamp: Option<f32>,
-    ambient_occlusion: Option<f64>,
     region: Option<[u32; 4]>,
-    threads: Option<usize>,
     /// The switch that ends the render.
     #[pyo3(default)]
-    pub(crate) cancel: Option<Py<Cancel>>,
+    cancel: Option<Py<Cancel>>,
+}
+
+/// The arguments of a render, from a dict of the keys of [`RenderOptions`] and [`CallArguments`].
+pub(crate) struct RenderArguments {
+    options: RenderOptions,
+    call: CallArguments,
+}
+
+impl<'py> FromPyObject<'_, 'py> for RenderArguments {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let arguments = object.cast::<PyDict>()?;
+        let call = arguments.extract()?;
+        let options = PyDict::new(object.py());
+        for row in RENDER_OPTIONS {
+            if let Some(value) = arguments.get_item(row.name)? {
+                options.set_item(row.name, value)?;
+            }
+        }
+        Ok(Self { options: options_from_dict(&options)?, call })
+    }
 }
 
 impl RenderArguments {
-    /// As `render` wants it.
+    /// The settings of the render.
     pub(crate) fn settings(&self) -> PyResult<Settings> {
+        let call = &self.call;
         let unknown = |what, name: &str| settings_error(format!("unknown {what} {name:?}"));
+        let catchers = call.catchers.as_deref().unwrap_or("show");
         Ok(Settings {
-            integrator: match &self.integrator[..] {
-                "flat" => Integrator::Flat,
-                "direct" => Integrator::Direct,
-                "path" => Integrator::Path,
-                "ao" => Integrator::Ao,
-                name => return Err(unknown("integrator", name)),
-            },
-            samples: self.samples,
-            noise: self.noise_threshold.or(self.noise),
-            time: self.time_limit.or(self.time),
-            filter: match &self.filter[..] {
-                "box" => Filter::Box,
-                "blackman-harris" => Filter::BlackmanHarris,
-                name => return Err(unknown("filter", name)),
-            },
-            seed: self.seed,
-            frame: self.frame,
-            channels: self.channels.iter().map(|name| channel(name)).collect::<PyResult<_>>()?,
-            surface: match &self.surface[..] {
-                "first" => TruthSurface::First,
-                "solid" => TruthSurface::Solid,
-                name => return Err(unknown("surface", name)),
-            },
-            transparent: self.transparent_background || self.transparent,
-            catchers: match self.catchers.as_deref() {
-                None | Some("show") => Catchers::Show,
-                Some("hide") => Catchers::Hide,
-                Some("only") => Catchers::Only,
-                Some(name) => return Err(unknown("catchers", name)),
-            },
-            max_depth: self.max_depth,
-            clamp: self.clamp,
-            ambient_occlusion: self.ambient_occlusion,
-            region: self.region,
-            threads: self.threads,
+            frame: call.frame,
+            channels: call.channels.iter().map(|name| channel(name)).collect::<PyResult<_>>()?,
+            surface: TruthSurface::from_name(&call.surface).ok_or_else(|| unknown("surface", &call.surface))?,
+            transparent_background: call.transparent_background,
+            catchers: Catchers::from_name(catchers).ok_or_else(|| unknown("catchers", catchers))?,
+            region: call.region,
+            ..Settings::resolve(&self.options).or_raise()?
         })
+    }
+
+    /// The switch that ends the render.
+    pub(crate) fn cancel(&self) -> Option<&Py<Cancel>> {
+        self.call.cancel.as_ref()
     }
 }
 
-/// `[render]` of a world file as a dict of the keys that are given.
-pub(crate) fn render_section_dict<'py>(py: Python<'py>, options: &RenderOptions) -> DictResult<'py> {
-    fn set_item<'py>(dict: &Bound<'py, PyDict>, key: &str, value: Option<impl IntoPyObject<'py>>) -> PyResult<()> {
-        value.map_or(Ok(()), |value| dict.set_item(key, value))
-    }
+/// Reads options from a dict of their values; None counts as absent.
+fn options_from_dict(options: &Bound<'_, PyDict>) -> PyResult<RenderOptions> {
+    let values = to_value(options, "").map_err(|error| as_settings_error(options.py(), error))?;
+    from_value(&values).map_err(|error| settings_error(error.to_string()))
+}
+
+/// The options that are given, as a dict.
+pub(crate) fn options_dict<'py>(py: Python<'py>, options: &RenderOptions) -> DictResult<'py> {
     let dict = PyDict::new(py);
-    set_item(&dict, "integrator", options.integrator.map(IntegratorName::name))?;
-    set_item(&dict, "max_depth", options.max_depth)?;
-    set_item(&dict, "clamp", options.clamp)?;
-    set_item(&dict, "samples", options.samples)?;
-    set_item(&dict, "noise_threshold", options.noise_threshold)?;
-    set_item(&dict, "time_limit", options.time_limit)?;
-    set_item(
-        &dict,
-        "filter",
-        options.filter.map(|name| match name {
-            FilterName::Box => "box",
-            FilterName::BlackmanHarris => "blackman-harris",
-        }),
-    )?;
-    set_item(&dict, "seed", options.seed)?;
-    set_item(&dict, "threads", options.threads)?;
-    match options.ambient_occlusion {
-        Some(AmbientOcclusion::Switch(on)) => dict.set_item("ambient_occlusion", on)?,
-        Some(AmbientOcclusion::Distance(distance)) => dict.set_item("ambient_occlusion", distance)?,
-        None => {}
+    for (row, value) in options.values() {
+        match value {
+            OptionValue::Name(name) => dict.set_item(row.name, name)?,
+            OptionValue::Whole(number) => dict.set_item(row.name, number)?,
+            OptionValue::Number(number) => dict.set_item(row.name, number)?,
+            OptionValue::Switch(on) => dict.set_item(row.name, on)?,
+        }
     }
-    set_item(&dict, "exposure", options.exposure)?;
-    set_item(&dict, "view", options.view.map(ViewTransform::name))?;
     Ok(dict)
+}
+
+/// The options of a call, those of the world's `[render]` if the call does not give them, and the defaults.
+#[pyfunction]
+#[pyo3(signature = (world, options))]
+pub(crate) fn complete_render_options<'py>(
+    py: Python<'py>,
+    world: Option<&World>,
+    options: &Bound<'py, PyDict>,
+) -> DictResult<'py> {
+    let mut options = options_from_dict(options)?;
+    if let Some(world) = world {
+        options = options.or(&world.snapshot().render);
+    }
+    options_dict(py, &options.complete().map_err(|error| settings_error(error.to_string()))?)
+}
+
+/// The table of render options: a dict with `name`, `kind`, `help`, `expected`, `default` (None: off), and `choices`, or
+/// `minimum` and `maximum`, for each option.
+#[pyfunction]
+pub(crate) fn render_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let defaults = options_dict(py, &RenderOptions::defaults())?;
+    let describe = |row: &RenderOption| {
+        let dict = PyDict::new(py);
+        dict.set_item("name", row.name)?;
+        dict.set_item("help", row.help())?;
+        dict.set_item("expected", row.range.to_string())?;
+        dict.set_item("default", defaults.get_item(row.name)?)?;
+        let kind = match row.range {
+            OptionRange::Names(names) => {
+                dict.set_item("choices", names)?;
+                "name"
+            }
+            OptionRange::Whole { min, max } => {
+                dict.set_item("minimum", min)?;
+                dict.set_item("maximum", max)?;
+                "whole number"
+            }
+            OptionRange::Radiance => "radiance",
+            OptionRange::Seconds => "seconds",
+            OptionRange::Stops => "stops",
+            OptionRange::SwitchOrDistance => "switch or distance",
+        };
+        dict.set_item("kind", kind)?;
+        Ok(dict)
+    };
+    RENDER_OPTIONS.iter().map(describe).collect()
 }

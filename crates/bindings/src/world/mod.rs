@@ -182,7 +182,7 @@ impl World {
     /// `[render]` by the names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
-        crate::render::settings::render_section_dict(py, &self.snapshot().render)
+        crate::render::settings::options_dict(py, &self.snapshot().render)
     }
 
     /// (fps, seconds, frames) of `[video]`.

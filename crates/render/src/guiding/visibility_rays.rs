@@ -64,6 +64,7 @@ mod tests {
     use crate::film::image_plane::ImagePlane;
     use crate::guiding::LearnedGuiding;
     use crate::guiding::light_visibility::{HIDDEN_RATE, LightVisibility};
+    use crate::integrator::requirements::effective_lights;
     use crate::path_guiding::PathGuiding;
     use crate::prepare::world::PreparedWorld;
     use crate::render;
@@ -111,14 +112,14 @@ mod tests {
     }
 
     fn rate(world: &PreparedWorld, guiding: &LearnedGuiding, at: DVec3) -> f32 {
-        let lights = Integrator::Path.effective_lights(world);
+        let lights = effective_lights(Integrator::Path, world);
         guiding.light_sampling_rate(&world.geometry, lights, at - world.geometry.origin)
     }
 
     #[test]
     fn cubes_without_visible_lights_are_hidden() {
         let (world, guiding) = (world(), LearnedGuiding::default());
-        guiding.learn(&world.geometry, Integrator::Path.effective_lights(&world), &settings(1, 0));
+        guiding.learn(&world.geometry, effective_lights(Integrator::Path, &world), &settings(1, 0));
         assert!(guiding.has_rare_light_sampling());
         // Beside and below the lamps, which shine down.
         assert_eq!(rate(&world, &guiding, OPEN - 0.9 * DVec3::Z), 1.0);

@@ -14,6 +14,7 @@
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
 //! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
+//! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
 //! * [`bright_path`]: the paths of a batch once more, with the surfaces and the light of the brightest, for notices.
 //!
@@ -30,6 +31,7 @@ pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
 pub(crate) mod path_state;
 pub(crate) mod path_tracer;
+pub(crate) mod requirements;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
@@ -43,6 +45,7 @@ use crate::integrator::bright_path::BrightPath;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::path::PathScratch;
 use crate::integrator::path_tracer::PathSettings;
+use crate::integrator::requirements::{effective_lights, needs_light};
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
 use crate::lobes::classify::is_solid_glass;
@@ -69,11 +72,11 @@ pub(crate) fn radiance(
             ao::radiance(world, distance, batch, radiance, is_background);
         }
         Integrator::Direct | Integrator::Path => {
-            let settings = path_settings(settings, settings.integrator.effective_lights(world));
+            let settings = path_settings(settings, effective_lights(settings.integrator, world));
             return path::radiance(world, &settings, batch, control, scratch, (radiance, is_background));
         }
     }
-    if settings.transparent {
+    if settings.transparent_background {
         for (hit, (radiance, is_background)) in batch.hits.iter().zip(radiance.iter_mut().zip(is_background)) {
             *is_background |= !is_miss(hit) && world.geometry.is_left_out(settings.catchers, hit.instance);
             *radiance = if *is_background { Vec3::ZERO } else { *radiance };
@@ -93,7 +96,7 @@ pub(crate) fn bright_paths(
     if let Integrator::Flat | Integrator::Ao = settings.integrator {
         return Ok(vec![]);
     }
-    let settings = path_settings(settings, settings.integrator.effective_lights(world));
+    let settings = path_settings(settings, effective_lights(settings.integrator, world));
     bright_path::bright_paths(world, &settings, batch, control, scratch)
 }
 
@@ -108,7 +111,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         light_sampling: LightSampling::Importance,
         split_lights: true,
         ambient_term: None,
-        hide_environment: settings.transparent,
+        hide_environment: settings.transparent_background,
         catchers: settings.catchers,
     };
     if settings.integrator != Integrator::Direct {
@@ -134,8 +137,8 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
 /// The radiance along a camera ray that hits nothing, where it is the same for all rays.
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
-        Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
-        Integrator::Flat => Integrator::Flat.effective_lights(world).constant_environment(),
+        Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
+        Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights without a mesh.
         Integrator::Direct | Integrator::Path => None,
@@ -149,46 +152,27 @@ fn has_solid_glass(world: &PreparedWorld) -> bool {
         && world.geometry.instances.iter().any(|seen| seen.is_visible && seen.materials.iter().any(|&at| solid[at]))
 }
 
-impl Integrator {
-    /// The lights of a world, or default lights where an integrator needs light and the world has none.
-    pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
-        let lighting = world.lighting();
-        match &lighting.default_lights {
-            Some(lights) if self.needs_light() => lights,
-            _ => &lighting.lights,
-        }
+/// Notices about an image of a world.
+pub(crate) fn notices(integrator: Integrator, world: &PreparedWorld) -> Vec<Notice> {
+    let mut notices = Vec::new();
+    if !needs_light(integrator) {
+        return notices;
     }
-
-    /// True if rays continue from the first hit.
-    pub(crate) fn traces_secondary_rays(self) -> bool {
-        self != Self::Flat
+    let lighting = world.lighting();
+    if lighting.default_lights.is_some() {
+        let besides = match lighting.lights.has_emissive_triangles() {
+            true => " except emissive surfaces",
+            false => "",
+        };
+        let message = format!(
+            "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
+        );
+        notices.push(Notice::new(NoticeCode::DefaultLights, message));
     }
-
-    fn needs_light(self) -> bool {
-        matches!(self, Self::Direct | Self::Path)
+    if integrator == Integrator::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
+        let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are \
+                       too dark; set radius (lamps) or angular_diameter (suns; Earth's sun: 0.53) to light them";
+        notices.push(Notice::new(NoticeCode::GlassBlocksLight, message));
     }
-
-    /// Notices about an image of a world.
-    pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<Notice> {
-        let mut notices = Vec::new();
-        if !self.needs_light() {
-            return notices;
-        }
-        let lighting = world.lighting();
-        if lighting.default_lights.is_some() {
-            let besides = match lighting.lights.has_emissive_triangles() {
-                true => " except emissive surfaces",
-                false => "",
-            };
-            notices.push(Notice::new(NoticeCode::DefaultLights, format!(
-                "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
-            )));
-        }
-        if self == Self::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
-            let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are \
-                           too dark; set radius (lamps) or angular_diameter (suns; Earth's sun: 0.53) to light them";
-            notices.push(Notice::new(NoticeCode::GlassBlocksLight, message));
-        }
-        notices
-    }
+    notices
 }

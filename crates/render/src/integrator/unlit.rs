@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::requirements::effective_lights;
 use crate::interaction::ray_cone::Footprint;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
@@ -14,7 +15,7 @@ pub(crate) fn radiance(
     radiance: &mut [Vec3],
     is_background: &mut [bool],
 ) {
-    let lights = Integrator::Flat.effective_lights(world);
+    let lights = effective_lights(Integrator::Flat, world);
     let rays = batch.hits.iter().zip(batch.directions);
     for ((hit, &direction), (radiance, is_background)) in rays.zip(radiance.iter_mut().zip(is_background)) {
         *is_background = is_miss(hit);

@@ -3,15 +3,7 @@
 //! Sample positions follow the filter (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006). Every
 //! sample therefore has weight 1 and contributes to one pixel.
 
-/// Pixel filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Filter {
-    /// Uniform over the pixel's square.
-    #[default]
-    Box,
-    /// Four-term Blackman-Harris window, three pixels wide: smoother edges, no ringing.
-    BlackmanHarris,
-}
+use raycam_scene::render_options::Filter;
 
 /// Width of the Blackman-Harris window, in pixels.
 const WINDOW_WIDTH: f64 = 3.0;

@@ -8,7 +8,7 @@ use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::tile_renderer::{RayBatchBuffers, ThreadScratch, TileRenderer};
 
 /// Samples of a pixel that are traced again, at most.
-const MAX_SAMPLES: u32 = 4096;
+const MAX_BRIGHT_PATH_SAMPLES: u32 = 4096;
 /// Samples in a batch.
 const BATCH_SAMPLES: u32 = 256;
 
@@ -20,7 +20,7 @@ impl TileRenderer<'_> {
         scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<Option<(f64, BrightPath)>, RenderError> {
-        let samples = self.settings.samples.min(MAX_SAMPLES);
+        let samples = self.settings.samples.min(MAX_BRIGHT_PATH_SAMPLES);
         scratch.lists.pixels.clear();
         scratch.lists.pixels.push(pixel);
         let (mut brightest, mut sum) = (BrightPath::default(), 0.0);

@@ -10,6 +10,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::estimator::REPLICATIONS;
 use crate::guiding_switch::install_guiding;
+use crate::integrator::requirements::effective_lights;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
@@ -51,7 +52,7 @@ impl TileRenderer<'_> {
                 }
             }
             scratch.lists.active = all;
-            if self.settings.time.is_none() {
+            if self.settings.time_limit.is_none() {
                 control.advance_by((next - first) as usize);
             }
             first = next;
@@ -70,7 +71,7 @@ impl TileRenderer<'_> {
         let guiding = install_guiding(world);
         let is_late = batch.first().is_some_and(|&(_, sample)| sample >= self.first_late_sample);
         if is_late && let Some(guiding) = guiding {
-            guiding.learn_late(&world.geometry, self.settings.integrator.effective_lights(world));
+            guiding.learn_late(&world.geometry, effective_lights(self.settings.integrator, world));
         }
         is_late
     }

@@ -36,6 +36,7 @@ use crate::guiding_switch::install_guiding;
 use crate::integrator;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::path::PathScratch;
+use crate::integrator::requirements::{effective_lights, traces_secondary_rays};
 use crate::interaction::ray_cone::RayCone;
 use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::world::PreparedWorld;
@@ -122,7 +123,7 @@ const MAX_SEGMENTS: u32 = 8;
 /// The samples of a frame, times their segments in a closed room, which no path leaves: a flattened scene pays sooner
 /// there.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
-    let is_dark = || settings.integrator.effective_lights(world).constant_environment() == Some(Vec3::ZERO);
+    let is_dark = || effective_lights(settings.integrator, world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
     let segments = if is_closed { settings.max_depth.map_or(MAX_SEGMENTS, |depth| depth.min(MAX_SEGMENTS)) } else { 1 };
     camera.size().into_iter().chain([samples, segments]).map(u64::from).product()
@@ -139,13 +140,13 @@ impl<'a> TileRenderer<'a> {
         let geometry = &world.geometry;
         let needs = RenderNeeds::new(settings, camera, geometry);
         // A slice of the shutter's time is seen by few rays: a flattened scene of its own does not pay.
-        let many = needs.samples && needs.color && settings.integrator.traces_secondary_rays() && shutter.is_none();
+        let many = needs.samples && needs.color && traces_secondary_rays(settings.integrator) && shutter.is_none();
         if needs.center_rays && shutter.is_none() {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
         let guiding = install_guiding(world).filter(|_| needs.color);
         if let Some(guiding) = guiding {
-            guiding.learn(geometry, settings.integrator.effective_lights(world), settings);
+            guiding.learn(geometry, effective_lights(settings.integrator, world), settings);
         }
         let first_late_sample = guiding.and_then(|guiding| guiding.first_late_sample(settings, camera.size()));
         let mut renderer = Self {
@@ -218,14 +219,14 @@ impl<'a> TileRenderer<'a> {
         let samples = self.settings.samples;
         let (mut taken, mut barrier) = (0, FIRST_ADAPTIVE_CHECK);
         while taken < samples {
-            let until = match self.settings.noise {
+            let until = match self.settings.noise_threshold {
                 Some(_) => barrier.min(samples),
                 None => samples,
             };
             self.add_samples(scratch, taken..until, control)?;
             taken = until;
             barrier = barrier.saturating_mul(2);
-            if let Some(noise) = self.settings.noise {
+            if let Some(noise) = self.settings.noise_threshold {
                 let ThreadScratch { lists: PixelLists { active, .. }, estimator, .. } = &mut *scratch;
                 // Each pixel stops by itself, so that the result does not depend on the tile.
                 active.retain(|&pixel| estimator.error(pixel) > noise);
@@ -235,7 +236,7 @@ impl<'a> TileRenderer<'a> {
                 }
             }
         }
-        if let Some(noise) = self.settings.noise {
+        if let Some(noise) = self.settings.noise_threshold {
             let pixels = 0..scratch.lists.pixels.len();
             let estimator = &scratch.estimator;
             let samples = pixels.map(|pixel| u64::from(estimator.samples(pixel))).sum();
@@ -295,7 +296,7 @@ impl<'a> TileRenderer<'a> {
                 self.shade(world, scratch, control)
             })?;
         }
-        if self.needs.center_rays && self.settings.time.is_none() {
+        if self.needs.center_rays && self.settings.time_limit.is_none() {
             control.advance();
         }
         Ok(())

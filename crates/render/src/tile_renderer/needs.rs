@@ -46,7 +46,7 @@ impl RenderNeeds {
             color,
             skip_transparent: settings.surface == TruthSurface::Solid && geometry.has_skippable(),
             lens_or_time: camera.aperture().is_some() || camera.motion().is_some(),
-            error: has(Channel::Error) || settings.noise.is_some(),
+            error: has(Channel::Error) || settings.noise_threshold.is_some(),
         }
     }
 }

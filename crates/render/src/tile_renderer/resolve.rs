@@ -116,8 +116,8 @@ impl TileRenderer<'_> {
 
     /// Pixel of the background, if it is the same everywhere in the image.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
-        let Settings { time, clamp, .. } = self.settings;
-        if self.needs.error || time.is_some() || self.camera.vignetting().is_some() {
+        let Settings { time_limit, clamp, .. } = self.settings;
+        if self.needs.error || time_limit.is_some() || self.camera.vignetting().is_some() {
             return None;
         }
         let mut scratch = ThreadScratch::default();

@@ -132,8 +132,7 @@ mod tests {
     use crate::film::frame::Frame;
     use crate::film::image_plane::ImagePlane;
     use crate::prepare::world::PreparedWorld;
-    use crate::sampling::filter::Filter;
-    use crate::settings::{Integrator, Settings, TruthSurface};
+    use crate::settings::{Filter, Integrator, Settings, TruthSurface};
 
     /// Pseudo-random numbers from -1 to 1.
     struct Random(u64);
@@ -219,7 +218,7 @@ mod tests {
                 filter: [Filter::Box, Filter::BlackmanHarris][round / 3 % 2],
                 channels: Channel::all().filter(|channel| !error(channel)).collect(),
                 surface: [TruthSurface::First, TruthSurface::Solid][round / 5 % 2],
-                transparent: round % 7 == 0,
+                transparent_background: round % 7 == 0,
                 region: (round % 4 == 0).then_some([5, 3, 70, 50]),
                 ..Settings::default()
             };

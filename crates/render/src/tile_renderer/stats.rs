@@ -35,7 +35,7 @@ impl RenderStats {
     /// Appends remarks about the samples of an image of this many pixels.
     pub fn notices(&self, settings: &Settings, pixels: u64, notices: &mut Vec<Notice>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        if let Some(noise) = settings.noise {
+        if let Some(noise) = settings.noise_threshold {
             let mean = of(&self.samples) / pixels;
             let message = format!("noise_threshold = {noise} took {mean} samples per pixel on average");
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));

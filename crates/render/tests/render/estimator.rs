@@ -79,7 +79,7 @@ fn reported_error_is_the_standard_error_of_the_mean() {
 #[test]
 fn adaptive_pixels_stop_below_the_threshold() {
     let (world, camera) = scene();
-    let noisy = Settings { noise: Some(0.01), ..settings(2048) };
+    let noisy = Settings { noise_threshold: Some(0.01), ..settings(2048) };
     let whole = render(&world, &camera, &noisy);
     let good = f32s(&whole, Channel::Error).iter().filter(|&&error| error <= 0.01).count();
     assert!(good as f64 > 0.95 * (24.0 * 16.0), "{good}");
@@ -110,7 +110,7 @@ fn timed_images_can_be_reproduced() {
         render(&world, &camera, &settings(2));
         let each = start.elapsed().as_secs_f64() / 2.0;
         for share in [0.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 9.0, 20.0, 60.0] {
-            let timed = Settings { time: Some((each * share).max(1e-9)), ..settings(1 << 14) };
+            let timed = Settings { time_limit: Some((each * share).max(1e-9)), ..settings(1 << 14) };
             let frame = render(&world, &camera, &timed);
             let samples: u32 = frame.notices[0].message.split(' ').next().unwrap().parse().unwrap();
             assert!(share > 0.0 || samples == 1, "{samples}");

@@ -114,7 +114,7 @@ fn gaps_do_not_depend_on_threads_slices_or_regions() {
     slices.develop(vec![plane(Channel::Color, &mut color), plane(Channel::Error, &mut error)]).unwrap();
     assert_eq!([&*color, &*error], channels.map(|channel| f32s(&whole, channel)));
     // Pixels that stop by their noise have the samples of a shorter image.
-    let stopped = picture(&prepared, true, &Settings { noise: Some(1e9), samples: 256, ..ten.clone() });
+    let stopped = picture(&prepared, true, &Settings { noise_threshold: Some(1e9), samples: 256, ..ten.clone() });
     let short = picture(&prepared, true, &Settings { samples: 64, ..ten });
     assert_eq!(f32s(&stopped, Channel::Color), f32s(&short, Channel::Color));
 }

@@ -39,7 +39,6 @@ pub struct NodeTree {
     /// Animations of the nodes.
     pub animations: Vec<Animation>,
     /// The world's empty mesh, used by hidden objects.
-    #[serde(rename = "nothing")]
     pub hidden_mesh: usize,
 }
 
@@ -62,7 +61,6 @@ pub enum Transform {
     /// Cannot be animated.
     Matrix(DAffine3),
     /// Translation * rotation * scale.
-    #[serde(rename = "Parts")]
     Trs {
         /// In the parent's coordinates.
         translation: DVec3,
@@ -106,7 +104,6 @@ pub struct NodeObject {
     /// The world's mesh that the object shows when it is visible.
     pub mesh: usize,
     /// The mesh with its targets and joints, if it is deformable.
-    #[serde(rename = "shape")]
     pub deformable: Option<Arc<DeformableMesh>>,
     /// Index into [`NodeTree::skins`].
     pub skin: Option<usize>,

@@ -63,7 +63,6 @@ pub struct Camera {
     /// Its middle is the pose.
     motion: Option<ShutterMotion>,
     /// Depth at which the rays of [`Center::Infinity`] start.
-    #[serde(rename = "start")]
     ray_start_depth: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     background: Option<Arc<Background>>,

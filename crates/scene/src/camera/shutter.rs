@@ -58,7 +58,6 @@ pub struct ShutterMotion {
     /// In order of time.
     poses: Vec<(f64, Pose)>,
     /// The camera on the body whose poses these are: camera_from_body, and its centre there.
-    #[serde(rename = "mount")]
     camera_from_body: Option<Pose>,
 }
 

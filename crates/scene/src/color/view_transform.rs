@@ -3,41 +3,26 @@
 //! All of them take linear Rec. 709 with white D65 and give the same, 0..=1, to be encoded as sRGB. None balances
 //! white: light of radiance (1, 1, 1) is the display's white, and lights of a colour colour the image.
 
-use glam::{Mat3, Vec3};
-use schemars::JsonSchema;
-use serde::Deserialize;
-
 use crate::color::Rgb;
+use crate::named_enum::named_enum;
+use glam::{Mat3, Vec3};
 
-/// The closed set of views.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "View")]
-pub enum ViewTransform {
-    /// Unchanged radiance, clipped at 1.
-    #[default]
-    Standard,
-    /// AgX: film-like, with soft highlights that lose their colour, for scenes of high contrast.
-    Agx,
-    /// Khronos PBR Neutral: base colours as they are, highlights compressed, for products.
-    PbrNeutral,
+named_enum! {
+    /// The view transforms.
+    #[derive(Default)]
+    #[schemars(rename = "View")]
+    pub enum ViewTransform {
+        /// Unchanged radiance, clipped at 1.
+        #[default]
+        Standard = "standard",
+        /// AgX: film-like, with soft highlights that lose their colour, for scenes of high contrast.
+        Agx = "agx",
+        /// Khronos PBR Neutral: base colours as they are, highlights compressed, for products.
+        PbrNeutral = "pbr_neutral",
+    }
 }
 
 impl ViewTransform {
-    /// Name in text.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Standard => "standard",
-            Self::Agx => "agx",
-            Self::PbrNeutral => "pbr_neutral",
-        }
-    }
-
-    /// The view of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Standard, Self::Agx, Self::PbrNeutral].into_iter().find(|view| view.name() == name)
-    }
-
     /// The linear display value of linear radiance. `Standard` may return values outside of 0..=1.
     pub fn apply(self, rgb: Rgb) -> Rgb {
         match self {

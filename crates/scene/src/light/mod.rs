@@ -40,8 +40,6 @@ pub enum Light {
         angular_diameter: f64,
     },
     /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
-    // World bundles keep the name of 0.1, the lecture's; people may write it as well.
-    #[serde(rename(serialize = "bulb", deserialize = "point"), alias = "bulb")]
     Point {
         /// The centre, in the world.
         position: [f64; 3],

@@ -38,7 +38,6 @@ pub struct Material {
     #[serde(default)]
     pub priority: i32,
     /// How the base colour is reflected.
-    #[serde(rename = "reflectance")]
     pub model: MaterialModel,
 }
 
@@ -62,7 +61,6 @@ pub enum Alpha {
 pub enum MaterialModel {
     /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
-    #[serde(rename = "Lecture")]
     Phong {
         /// 0..=1.
         diffuse: f32,

@@ -62,15 +62,15 @@ impl ObjectSpec {
                 let file = self.mesh.clone();
                 let plain = keys.given(&GEOMETRY).is_empty();
                 let next = world.textures.len();
-                let up = (self.upright != Some(false)).then_some(world.up);
-                let (additions, read) = self.additions(&keys, up, next, files, known, plain)?;
+                let axes = self.file_axes(world.up);
+                let (additions, read) = self.additions(&keys, axes, next, files, known, plain)?;
                 let Additions { mesh, index, materials, textures, notices } = additions;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
                 let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));
                 if let (Some(file), Some(mut read)) = (file, read) {
                     read.index = read.index.or(plain.then_some(index));
-                    known.insert((file, up), read);
+                    known.insert((file, axes.target()), read);
                 }
                 (index, materials)
             }

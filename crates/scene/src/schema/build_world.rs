@@ -45,10 +45,8 @@ impl WorldFile {
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
         }
-        let render = self.render.build();
-        let (options, notices) = render.map_err(|error| error.in_context("render"))?;
-        world.render = options;
-        world.notices.extend(notices);
+        self.render.validate().map_err(|error| error.in_context("render"))?;
+        world.render = self.render;
         if let Some(spec) = &self.video {
             world.video = Some(spec.build(&world).map_err(|error| error.in_context("video"))?);
         }

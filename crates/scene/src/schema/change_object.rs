@@ -180,9 +180,9 @@ impl ObjectSpec {
             return Ok((ChangedMesh::Shared(mesh), materials));
         }
         let next = world.textures.len();
-        let up = (self.upright != Some(false)).then_some(world.up);
         let colored = self.face_colors.is_some() || self.vertex_colors.is_some();
-        let (additions, read) = self.additions(keys, up, next, files, &LoadedMeshes::default(), false)?;
+        let (additions, read) =
+            self.additions(keys, self.file_axes(world.up), next, files, &LoadedMeshes::default(), false)?;
         let Additions { mesh, materials, textures, notices, .. } = additions;
         let default = Material::for_mesh(old);
         let is_default = object.materials.iter().all(|&i| {

@@ -46,13 +46,49 @@ pub(super) struct Additions {
     pub(super) notices: Vec<Notice>,
 }
 
+/// The axes of a mesh file in a world: turned to the world's up axis, or kept.
+#[derive(Clone, Copy)]
+pub(super) struct FileAxes {
+    world_up: Up,
+    /// The key `upright`, if given.
+    upright: Option<bool>,
+    /// True if the object has a `matrix`, which refers to the file's own axes.
+    has_matrix: bool,
+}
+
+impl FileAxes {
+    /// The up axis that the mesh is turned to; `None` if it keeps the file's axes.
+    pub(super) fn target(self) -> Option<Up> {
+        self.upright.unwrap_or(!self.has_matrix).then_some(self.world_up)
+    }
+
+    /// The notice for a file whose up axis `from` differs from the world's, `to`; `None` if the description is explicit
+    /// about keeping the axes.
+    fn notice(self, file: &str, from: &str, to: &str) -> Option<Notice> {
+        let message = match (self.target(), self.upright) {
+            (Some(_), _) => format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it"),
+            (None, None) => format!(
+                "{file}: its up axis, {from}, is not turned to {to}, because matrix applies to the file's own axes; \
+                 upright = true turns it before matrix is applied"
+            ),
+            (None, Some(_)) => return None,
+        };
+        Some(Notice::new(NoticeCode::ConvertedUpAxis, message))
+    }
+}
+
 impl ObjectSpec {
+    /// The axes of the object's mesh file in a world with this up axis.
+    pub(super) fn file_axes(&self, world_up: Up) -> FileAxes {
+        FileAxes { world_up, upright: self.upright, has_matrix: self.matrix.is_some() }
+    }
+
     /// Its own mesh, refined and checked, with its materials and their textures, of which the first will be the world's
-    /// `next_texture`; and what its file gave, where it has one, turned to `up`. `plain` is a mesh as it is in the file.
+    /// `next_texture`; and what its file gave, where it has one, turned as `axes` say. `plain` is a mesh as it is in the file.
     pub(super) fn additions<F: AssetLoader>(
         &mut self,
         keys: &Keys<KEYS>,
-        up: Option<Up>,
+        axes: FileAxes,
         next_texture: usize,
         files: &mut F,
         known: &LoadedMeshes,
@@ -61,7 +97,7 @@ impl ObjectSpec {
         let (mut textures, mut notices) = (Vec::new(), Vec::new());
         let read = match &self.mesh {
             None => None,
-            Some(file) => Some(match known.get(&(file.clone(), up)) {
+            Some(file) => Some(match known.get(&(file.clone(), axes.target())) {
                 Some(known) => known.clone(),
                 None => {
                     let model = files.mesh(file).map_err(|error| BuildFailure::File("mesh".into(), error))?;
@@ -72,17 +108,17 @@ impl ObjectSpec {
                         material.texture_slots_mut().for_each(|slot| slot.texture += next_texture);
                     }
                     (textures, notices) = (model.textures, model.notices);
-                    let mesh =
-                        match (model.up, up) {
-                            (Some(from), Some(to)) if from != to => {
-                                let (from_name, to_name) = (from.name(), to.name());
-                                notices.push(Notice::new(NoticeCode::ConvertedUpAxis, format!(
-                                "{file}: its up axis, {from_name}, is turned to {to_name}: upright = false keeps it"
-                            )));
-                                mesh.transformed(DAffine3::from_mat3(to.rotation_from(from)))
+                    let mesh = match model.up {
+                        Some(from) if from != axes.world_up => {
+                            let (from_name, to_name) = (from.name(), axes.world_up.name());
+                            notices.extend(axes.notice(file, from_name, to_name));
+                            match axes.target() {
+                                Some(to) => mesh.transformed(DAffine3::from_mat3(to.rotation_from(from))),
+                                None => mesh,
                             }
-                            _ => mesh,
-                        };
+                        }
+                        _ => mesh,
+                    };
                     LoadedMesh { mesh: Arc::new(mesh), index: None, materials }
                 }
             }),

@@ -29,13 +29,13 @@ pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
-pub use crate::schema::spec::render::RenderSpec;
 pub use crate::schema::spec::rig::RigSpec;
 pub use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 pub use crate::schema::spec::texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
 
 use crate::light::Light;
+use crate::render_options::RenderOptions;
 use crate::schema::shorthand::one_or_many;
 use crate::up::Up;
 
@@ -60,8 +60,8 @@ pub struct WorldFile {
     /// The lights: one table or several.
     #[schemars(schema_with = "one_or_many::<Light>")]
     pub light: Vec<Light>,
-    /// How to render it, where the command line or the call does not say.
-    pub render: RenderSpec,
+    /// Render settings. Arguments of the call and options of the command line take precedence.
+    pub render: RenderOptions,
     /// A video of it.
     pub video: Option<VideoSpec>,
 }

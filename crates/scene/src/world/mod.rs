@@ -48,7 +48,6 @@ pub struct Object {
     pub world_from_mesh: DAffine3,
     /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it
     /// is.
-    #[serde(rename = "shape")]
     pub scale_shear: DMat3,
     /// False for an object that is excluded from images, shadows, light and queries; its index stays.
     #[serde(default = "visible")]
@@ -101,7 +100,6 @@ pub struct World {
     pub lights: Vec<Light>,
     /// True if emissive surfaces do not replace default lights: a world without other lights gets some all the same. So
     /// it is in glTF, whose viewers light everything by an environment of their own.
-    #[serde(rename = "glow_is_decoration")]
     pub emission_keeps_default_lights: bool,
     /// Named cameras, the default one first.
     pub cameras: Vec<NamedCamera>,
@@ -112,12 +110,10 @@ pub struct World {
     /// The video that `raycam video` makes of it.
     pub video: Option<Video>,
     /// The nodes that animations move.
-    #[serde(rename = "rig")]
     pub node_tree: Option<Arc<NodeTree>>,
     /// Looks to choose from.
     pub variants: Vec<Variant>,
     /// When it is, if it was moved to a time: a camera's shutter sees it move on from there.
-    #[serde(rename = "clock")]
     pub time: Option<WorldTime>,
     /// Notices of its readers: skipped, repaired, counted. Never silent.
     pub notices: Vec<Notice>,

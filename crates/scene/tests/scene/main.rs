@@ -14,6 +14,7 @@ mod oriented_box;
 mod pose;
 mod primitive;
 mod refine;
+mod render_options;
 mod rig;
 mod schema;
 mod style;

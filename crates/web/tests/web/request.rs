@@ -6,7 +6,7 @@ use raycam_scene::render_options::RenderOptions;
 use raycam_web::request::settings;
 
 #[test]
-fn what_is_not_asked_for_has_the_value_of_the_world_or_the_default() {
+fn options_not_given_have_the_value_of_the_world_or_the_default() {
     let world = RenderOptions { seed: Some(7), samples: Some(3), time_limit: Some(2.0), ..RenderOptions::default() };
     let request = r#"{"samples": 5, "integrator": "path", "channels": ["depth"], "region": [1, 2, 3, 4]}"#;
     let (found, notices) = settings(request, &world).unwrap();
@@ -20,7 +20,6 @@ fn what_is_not_asked_for_has_the_value_of_the_world_or_the_default() {
     };
     assert_eq!(found, expected);
     assert_eq!(notices[0].code, NoticeCode::UnusedOption);
-    assert!(notices[0].message.contains("time_limit = 2"), "{notices:?}");
     let (found, _) = settings(r#"{"noise_threshold": 0.5}"#, &RenderOptions::default()).unwrap();
     assert_eq!((found.samples, found.integrator), (1 << 14, Integrator::Direct));
     assert_eq!(found.channels.len(), Channel::all().count());
@@ -33,6 +32,8 @@ fn unknown_names_are_refused() {
         (r#"{"channels": ["deep"]}"#, "deep"),
         (r#"{"integrator": "fast"}"#, "fast"),
         (r#"{"samples": -1}"#, "-1"),
+        (r#"{"samples": 0}"#, "samples: 0"),
+        (r#"{"surface": "second"}"#, "second"),
     ] {
         let error = settings(request, &RenderOptions::default()).unwrap_err();
         assert!(error.contains(word), "{error}");

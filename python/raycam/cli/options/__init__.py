@@ -1,1 +1,1 @@
-"""Options of rigs, looks and framing, which several commands share."""
+"""Options that several commands share, by subject."""

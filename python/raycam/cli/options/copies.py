@@ -1,4 +1,4 @@
-"""Options for copies of cameras: a part of the picture, the undistorted one, the rectified pair, and their maps."""
+"""Options that derive cameras: cropped, undistorted, without lens, rectified, and their maps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...calibration import Cameras
 from ...errors import SettingsError
-from .._options import numbers
+from .command import parse_region
 
 if TYPE_CHECKING:
     from ...camera import Camera
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Found = Mapping[str, Camera | Rig]
 
-__all__ = ["add_copies", "copies_of", "has_copies"]
+__all__ = ["add_copies", "derive_cameras", "has_copies"]
 
 
 def add_copies(command: argparse.ArgumentParser) -> None:
@@ -24,8 +24,8 @@ def add_copies(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--crop",
         metavar="X,Y,WIDTH,HEIGHT",
-        type=numbers,
-        help="the cameras of a part of their pictures, after --size",
+        type=parse_region,
+        help="crop the images, after --size",
     )
     either = command.add_mutually_exclusive_group()
     either.add_argument(
@@ -34,22 +34,22 @@ def add_copies(command: argparse.ArgumentParser) -> None:
         nargs="?",
         type=float,
         const=0.0,
-        help="the pinholes of the undistorted pictures, after --crop: 0 (default) shows no border, 1 all pixels",
+        help="pinhole cameras of the undistorted images, after --crop; 0 (default): no black border, 1: all pixels",
     )
     either.add_argument(
         "--pinhole",
         action="store_true",
-        help="the cameras without their lenses, with the same K, after --crop",
+        help="cameras without distortion and with the same K, after --crop",
     )
     either.add_argument(
         "--rectify",
         action="store_true",
-        help="the rectified pair of two cameras, the left one first, after --crop",
+        help="rectified pair of two cameras, the left one first, after --crop",
     )
     command.add_argument(
         "--maps",
         metavar="NPZ",
-        help="with one of the three before: write the tables of cv2.remap, [h, w, 2] float32 by camera",
+        help="with --undistort, --pinhole or --rectify: write the maps of cv2.remap, [h, w, 2] float32 per camera",
     )
 
 
@@ -58,20 +58,20 @@ def _makes_pinholes(options: argparse.Namespace) -> bool:
 
 
 def has_copies(options: argparse.Namespace) -> bool:
-    """True if the options ask for other cameras than those of the file."""
+    """True if the options derive other cameras than those of the file."""
     return options.crop is not None or _makes_pinholes(options)
 
 
-def copies_of(cameras: Found, options: argparse.Namespace) -> Found:
-    """The cameras as the options ask for them; those of a file with one rig as that rig."""
+def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
+    """Returns the cameras that the options derive; those of a file with a single rig as that rig."""
     from ...rig import Rig
 
     if options.maps is not None and not _makes_pinholes(options):
-        raise SettingsError("--maps goes with --undistort, --pinhole or --rectify, whose tables it writes")
+        raise SettingsError("--maps requires --undistort, --pinhole or --rectify")
     if not has_copies(options):
         return cameras
     if options.crop is not None and len(options.crop) != 4:
-        raise SettingsError("--crop expects X,Y,WIDTH,HEIGHT, as 0,0,320,240")
+        raise SettingsError("--crop: expected X,Y,WIDTH,HEIGHT, as in 0,0,320,240")
     maps: dict[str, object] = {}
     if options.rectify:
         made: Found = _rectified(_flat(cameras), options, maps)
@@ -130,7 +130,7 @@ def _rectified(cameras: dict[str, Camera], options: argparse.Namespace, maps: di
     if len(cameras) != 2:
         listed = ", ".join(list(cameras)[:5]) + (", ..." if len(cameras) > 5 else "")
         raise SettingsError(
-            f"--rectify is of two cameras, the left one first; there are {len(cameras)}: {listed}"
+            f"--rectify requires two cameras, the left one first; found {len(cameras)}: {listed}"
         )
     given = {name: _cropped(camera, options) for name, camera in cameras.items()}
     pair = Rig.of(given).rectified()
@@ -146,7 +146,7 @@ def _save_maps(path: str | None, maps: dict[str, object]) -> None:
 
         with open(path, "wb") as file:
             np.savez_compressed(file, **maps)  # type: ignore[arg-type]
-        print(f"{path}: {len(maps)} table{'' if len(maps) == 1 else 's'} of cv2.remap")
+        print(f"{path}: {len(maps)} {'map' if len(maps) == 1 else 'maps'} of cv2.remap")
 
 
 def _at(camera: Camera | Rig, mount: Camera) -> Camera:

@@ -1,4 +1,4 @@
-"""Options that say from where a world is seen and how well, for every command that renders."""
+"""Options that place the camera so that the world fits the image."""
 
 from __future__ import annotations
 
@@ -6,51 +6,80 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from ...errors import SettingsError, nearest
+from .cameras import select_camera
+from .messages import print_notice
+from .worlds import parse_animation
 
 if TYPE_CHECKING:
+    from ...camera import Camera
     from ...world import World
 
-__all__ = ["add_preset", "is_framed", "preset", "reject_look", "side"]
+__all__ = ["add_framing", "find_camera", "find_orbit_camera", "is_framed", "reject_options"]
 
-PRESETS: dict[str, dict[str, Any]] = {
-    "draft": {"samples": 4},
-    "good": {"integrator": "path", "samples": 128},
-    "best": {"integrator": "path", "noise_threshold": 0.004, "samples": 4096},
-}
-"""Settings of rendering by the names of `--preset`; what is given beside it counts."""
+DEFAULT_SIZE = (640, 480)
+"""Image size in pixels of cameras that frame a world."""
 
 
-def add_preset(group: argparse._ArgumentGroup) -> None:
-    """Adds `--preset`."""
+def add_framing(group: argparse._ArgumentGroup) -> None:
+    """Adds `--view-from`, `--zoom`, `--fov` and `--up`."""
     group.add_argument(
-        "--preset",
-        choices=tuple(PRESETS),
-        help="draft: a glance; good: path tracing, 128 rays per pixel; best: until the noise is invisible",
+        "--view-from",
+        metavar="SIDE",
+        type=parse_side,
+        help="front, back, left, right, top, bottom, iso, or X,Y,Z (vector from the centre to the camera); with "
+        "--camera: keep its lens, but move it so that the world fits",
+    )
+    group.add_argument(
+        "--zoom", metavar="N", type=float, help="scale of the subject in the image; 1 fills 90 %% of it"
+    )
+    group.add_argument("--fov", metavar="DEGREES", type=float, help="vertical field of view (default: 45)")
+    group.add_argument(
+        "--up",
+        choices=("y", "z"),
+        help="up axis of the model (default: as specified in the file; OBJ: y, other meshes: z)",
     )
 
 
-def preset(options: argparse.Namespace) -> dict[str, Any]:
-    """The settings of `--preset`, without those that are given."""
-    chosen = getattr(options, "preset", None)
-    return {} if chosen is None else PRESETS[chosen]
-
-
 def is_framed(world: World, options: argparse.Namespace) -> bool:
-    """True if the camera stands where the world fits the picture, and not where the world or a calibration has it."""
-    asked = any(getattr(options, name, None) is not None for name in ("view_from", "zoom"))
+    """True if the camera is placed so that the world fits, instead of at a pose of the world or of a calibration."""
+    is_placed = any(getattr(options, name, None) is not None for name in ("view_from", "zoom"))
     if getattr(options, "camera", None) is not None:
-        return asked
-    return asked or getattr(options, "fov", None) is not None or not world.cameras
+        return is_placed
+    return is_placed or getattr(options, "fov", None) is not None or not world.cameras
 
 
-def reject_look(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
+def find_camera(world: World, options: argparse.Namespace, *, moving: bool = False) -> Camera:
+    """Returns the camera of `--camera` and `--size`, placed by `--view-from` and `--zoom`.
+
+    If `moving`, the world fits during all of its motion.
+    """
+    from ...render.arguments import UNPOSED, is_unposed_within
+    from ...world.framing import framing_camera, moments_of
+
+    if is_framed(world, options):
+        moments = moments_of(world, parse_animation(world, options.animation)) if moving else []
+        return framing_camera(world, **_framing(world, options), moments=moments)
+    camera = _select_camera(world, options)
+    if options.camera is not None and is_unposed_within(world, camera):
+        print_notice(f"{UNPOSED}; use --view-from SIDE to place it so that the world fits")
+    return camera
+
+
+def find_orbit_camera(world: World, options: argparse.Namespace) -> Camera:
+    """Returns the camera that frames a world that turns around the upright axis through its centre."""
+    from ...world.framing import framing_camera
+
+    return framing_camera(world, **_framing(world, options), turning=True)
+
+
+def reject_options(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
     """Raises `SettingsError` if one of the options is given."""
     for name in names:
         if getattr(options, name, None) not in (None, False):
             raise SettingsError(f"--{name.replace('_', '-')}: {reason}")
 
 
-def side(text: str) -> Any:
+def parse_side(text: str) -> Any:
     """Parses a side by name, or X,Y,Z."""
     from ...world.framing import DIRECTIONS
 
@@ -60,5 +89,23 @@ def side(text: str) -> Any:
         x, y, z = (float(number) for number in text.split(","))
     except ValueError:
         message = nearest("side", text, list(DIRECTIONS))
-        raise argparse.ArgumentTypeError(f"{message[:-1]}; or X,Y,Z, as in 1,-2,1)") from None
+        raise argparse.ArgumentTypeError(f"{message}; or X,Y,Z, as in 1,-2,1") from None
     return (x, y, z)
+
+
+def _select_camera(world: World, options: argparse.Namespace) -> Camera:
+    if options.camera is not None:
+        reject_options(options, ("fov",), "cannot be combined with --camera, which has its own field of view")
+    return select_camera(world, options)
+
+
+def _framing(world: World, options: argparse.Namespace) -> dict[str, Any]:
+    """The arguments of `World.view_from`."""
+    given = {name: getattr(options, name, None) for name in ("fov", "zoom")}
+    if getattr(options, "camera", None) is not None:
+        given["camera"] = _select_camera(world, options)
+    return {
+        "size": options.size or DEFAULT_SIZE,
+        "direction": getattr(options, "view_from", None) or "default",
+        **{name: value for name, value in given.items() if value is not None},
+    }

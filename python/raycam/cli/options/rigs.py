@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import SettingsError, nearest
-from .._options import load_calibration
+from .cameras import WORLD_ENDINGS, load_calibration
 
 if TYPE_CHECKING:
     from ...camera import Camera
@@ -16,21 +16,18 @@ if TYPE_CHECKING:
     from ...rig import Rig
     from ...world import World
 
-WORLDS = (".toml", ".glb", ".gltf")
-"""Endings of world files that may have cameras."""
-
 
 def add_rig(command: argparse._ActionsContainer) -> None:
     """Adds `--rig`."""
     command.add_argument(
         "--rig",
         metavar="NAME|FILE",
-        help="a rig of the world, or of a calibration (kalibr, kitti, colmap, opencv stereo): all its cameras",
+        help="render all cameras of a rig of the world, or of a calibration (kalibr, kitti, colmap, opencv stereo)",
     )
 
 
-def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
-    """The rig of `--rig`, from the world, or else the first rig of a calibration file; None without the option."""
+def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
+    """Returns the rig of `--rig`, from the world or the first one of a calibration; None without the option."""
     if options.rig is None:
         return None
     rigs = world.rigs
@@ -39,17 +36,17 @@ def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
     if not Path(options.rig).exists():
         from ...world.missing_files import nearest_names
 
-        known = f"; {nearest('rig', options.rig, list(rigs))}" if rigs else ", and the world has no rig"
-        raise SettingsError(f"--rig {options.rig}: there is no such file{known}{nearest_names(options.rig)}")
+        known = f"; {nearest('rig', options.rig, list(rigs))}" if rigs else ", and the world has no rigs"
+        raise SettingsError(f"--rig {options.rig}: file not found{known}{nearest_names(options.rig)}")
     return next(iter(rigs_in(options.rig, options).values()))
 
 
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
-    """The rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
-    rig = rig_of(world, options)
+    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
+    rig = find_rig(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(
-            "--rig renders all cameras of a rig as they are: it goes without --camera and --size"
+            "--rig cannot be combined with --camera or --size: all cameras of the rig are rendered as they are"
         )
     return rig
 
@@ -58,17 +55,17 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
     """Loads the rigs of a calibration or a world file."""
     from ...world.load import load
 
-    rigs = load(path).rigs if path.endswith(WORLDS) else load_calibration(path, options).rigs
+    rigs = load(path).rigs if path.endswith(WORLD_ENDINGS) else load_calibration(path, options).rigs
     if not rigs:
-        raise SettingsError(f"{path} has no rig: expected several cameras of one body")
+        raise SettingsError(f"{path}: no rig found; expected several cameras on one body")
     return rigs
 
 
 def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
-    """Loads the cameras of a world file or a calibration; a rig of a world stands for its cameras."""
+    """Loads the cameras of a world file or a calibration; a rig of a world replaces its cameras."""
     from ...world.load import load
 
-    if not path.endswith(WORLDS):
+    if not path.endswith(WORLD_ENDINGS):
         return load_calibration(path, options)
     world = load(path)
     rigs = world.rigs
@@ -78,7 +75,7 @@ def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | 
     }
     found |= rigs
     if not found:
-        raise SettingsError(f"{path} has no cameras")
+        raise SettingsError(f"{path}: no cameras found")
     return found
 
 

@@ -17,7 +17,7 @@ from ..._core import srgb_from_linear
 from ...arguments import Floats
 from ...errors import SettingsError, WorldError
 from ...world import World
-from ...world.keys import STRENGTHS
+from ...world.keys import STRENGTH_KEYS
 from .contents import matrix_of_object, names_of_objects, visibilities
 
 __all__ = ["Edits", "edited", "material"]
@@ -158,7 +158,7 @@ def material(world: World, number: int) -> dict[str, Any]:
     found = json.loads(world._core.material(number, 0))
     if found is None:
         return {}
-    model = found["reflectance"]
+    model = found["model"]
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
     bytes_ = srgb_from_linear(np.array(found["color"], np.float32), 1.0, 8, "standard")
     return {
@@ -191,8 +191,7 @@ def _within(key: str, value: Any, most: float) -> float:
 
 def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
     """The keys of a light that is brighter by a factor."""
-    keys = (*STRENGTHS.get(str(light.get("type")), ((), ""))[0], "scale")
-    own = next(([name] for name in keys if name in light), [])
+    own = next(([name] for name in (*STRENGTH_KEYS, "scale") if name in light), [])
     own = own or [name for name in ("zenith", "horizon", "ground") if name in light]
     if not own:
         own, light = ["scale"], {"scale": 1.0}

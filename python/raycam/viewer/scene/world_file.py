@@ -98,7 +98,7 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
     entry["color"] = new["color"]
     if new["emission"]["value"] != old["emission"]["value"]:
         entry["emission"] = new["emission"]["value"]
-    model, was = new["reflectance"], old["reflectance"]
+    model, was = new["model"], old["model"]
     if isinstance(model, dict) and "Principled" in model:
         if not (isinstance(was, dict) and "Principled" in was):
             entry = {

@@ -36,7 +36,7 @@ def live_page(
     """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
     from ...arguments import one_of
     from ...render.frame import CHANNELS, VIEWS
-    from ...render.render import _stops
+    from ...render.options import check_option
 
     for name, value in unused.items():
         if value is not None and value is not False and value != ():
@@ -54,7 +54,7 @@ def live_page(
     options = {
         "title": title or f"raycam {width} x {height}",
         "camera": name,
-        "exposure": _stops(frame.exposure if exposure is None else exposure),
+        "exposure": check_option("exposure", frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "channel": one_of(
             "channel", channel or "color", [name for name in CHANNELS if name not in NOT_IN_PAGES]

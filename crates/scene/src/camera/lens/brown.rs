@@ -23,7 +23,6 @@ pub struct BrownTerms {
     /// Thin prism coefficients of r² and r⁴ in x, then in y.
     pub prism: [f64; 4],
     /// True if tangential and prism terms act on the radially distorted point.
-    #[serde(rename = "chained")]
     pub tangential_after_radial: bool,
 }
 
@@ -36,7 +35,6 @@ pub struct BrownConrady {
     /// The radius of the disc; not reached.
     radius: f64,
     /// No image of the disc is farther from the axis.
-    #[serde(rename = "reach")]
     max_image_radius: f64,
 }
 

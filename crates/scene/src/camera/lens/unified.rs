@@ -111,7 +111,6 @@ pub struct Eucm {
     given: [f64; 2],
     sphere: UnifiedSphere,
     /// √β.
-    #[serde(rename = "stretch")]
     sqrt_beta: f64,
 }
 

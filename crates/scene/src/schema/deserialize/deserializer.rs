@@ -42,6 +42,7 @@ impl ValueDeserializer<'_> {
             Value::Null => visitor.visit_unit(),
             Value::Bool(v) => visitor.visit_bool(*v),
             Value::Integer(v) => visitor.visit_i64(*v),
+            Value::Unsigned(v) => visitor.visit_u64(*v),
             Value::Float(v) => visitor.visit_f64(*v),
             Value::String(v) => visitor.visit_str(v),
             Value::List(items) => visit_list(items.len(), |i| ValueDeserializer(&items[i]), visitor),

@@ -7,7 +7,7 @@ use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
 use crate::error_code::{ErrorCode, Message};
-use crate::schema::deserialize::foreign_words::{current_names, translation};
+use crate::foreign_terms::foreign_hint;
 
 /// A boxed error: results of millions of numbers are passed up, so they are kept small.
 #[derive(Debug)]
@@ -90,14 +90,13 @@ impl Error for DeError {
     }
 }
 
-/// Our name for a word of other programs, or the nearest name of ours; and all of them.
+/// The name that other programs' users or a misspelling mean, and all expected names.
 fn hint(given: &str, expected: &[&'static str]) -> String {
-    let names = current_names(expected);
-    let near = translation(given, &names).unwrap_or_else(|| suggestion(given, names.iter().copied()));
-    if names.is_empty() || near.contains("expected one of") {
+    let near = foreign_hint(given, expected).unwrap_or_else(|| suggestion(given, expected.iter().copied()));
+    if expected.is_empty() || near.contains("expected one of") {
         return near;
     }
-    format!("{near} (there are: {})", names.join(", "))
+    format!("{near} (there are: {})", expected.join(", "))
 }
 
 /// The given value, in people's words.
@@ -134,5 +133,5 @@ fn expected_text(expected: &dyn Expected) -> String {
 
 /// Names in quotes.
 pub fn quoted(names: &[&'static str]) -> String {
-    current_names(names).iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
+    names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
 }

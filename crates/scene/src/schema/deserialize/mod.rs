@@ -5,7 +5,6 @@
 
 mod deserializer;
 mod error;
-mod foreign_words;
 mod list;
 mod number;
 pub(crate) mod value;

@@ -20,6 +20,8 @@ pub enum Value {
     Bool(bool),
     /// A whole number.
     Integer(i64),
+    /// A whole number that does not fit into an `i64`.
+    Unsigned(u64),
     /// Any number, finite or not.
     Float(f64),
     /// Text.

@@ -40,8 +40,8 @@ pub struct ObjectSpec {
     pub torus: Option<TorusShape>,
     /// A mesh file beside the world file: OBJ, PLY, STL, OFF or glTF.
     pub mesh: Option<String>,
-    /// False if the axis that its format says is up (y of glTF) is not to be turned to that of the world; true where not
-    /// given.
+    /// True if the mesh file is turned from its own up axis (y in glTF) to the world's. Default: true without `matrix`,
+    /// false with `matrix`, which applies to the file's own axes.
     pub upright: Option<bool>,
     /// Corner positions, with `triangles`.
     pub vertices: Option<Vec<[f64; 3]>>,

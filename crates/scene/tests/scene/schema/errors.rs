@@ -84,10 +84,13 @@ fn wrong_types_and_lengths_say_what_was_expected() {
         build(r#"{ "light": { "type": "sky" } }"#),
         "light[0]: a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)",
     );
-    assert_error(build(r#"{ "render": { "samples": 0 } }"#), "render.samples: 0: expected a whole number >= 1");
+    assert_error(
+        build(r#"{ "render": { "samples": 0 } }"#),
+        "render.samples: 0: expected a whole number from 1 to 16777216",
+    );
     assert_error(
         build(r#"{ "render": { "ambient_occlusion": "yes" } }"#),
-        r#"render.ambient_occlusion: "yes": expected true, false or a distance in metres"#,
+        r#"render.ambient_occlusion: "yes": expected true, false or a distance in metres greater than 0"#,
     );
     assert_error(build(r#"[1]"#), "a list: expected a table");
 }

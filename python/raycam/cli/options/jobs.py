@@ -9,40 +9,40 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ..errors import SettingsError
-from ..io.system_calls import lower_own_priority
-from ._options import print_notice, print_notices
+from ...errors import SettingsError
+from ...io.system_calls import lower_own_priority
+from .messages import print_notice, print_notices
 
 if TYPE_CHECKING:
-    from ..jobs.scheduler import Pool
+    from ...jobs.scheduler import Pool
 
-__all__ = ["add_job", "job_options", "job_pool", "lower_priority", "shard_of"]
+__all__ = ["add_job", "job_options", "job_pool", "lower_priority", "parse_shard"]
 
 
 def add_job(command: argparse.ArgumentParser) -> None:
     """Adds the options of jobs."""
     group = command.add_argument_group(
-        "jobs", "finished frames stay when it is stopped; the same command goes on"
+        "jobs", "a stopped command keeps its finished frames; run it again to resume"
     )
     group.add_argument(
         "--resume",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="go on with what is there (default); --no-resume begins anew",
+        help="resume a partial run (default); --no-resume starts over",
     )
-    group.add_argument("--retry-failed", action="store_true", help="try frames again that were given up")
-    group.add_argument("--shard", metavar="I/N", help="make only every N-th frame, from the I-th")
+    group.add_argument("--retry-failed", action="store_true", help="retry frames that failed")
+    group.add_argument("--shard", metavar="I/N", help="render every Nth frame, starting at frame I")
     where = group.add_mutually_exclusive_group()
-    where.add_argument("--workers", metavar="N", type=int, help="make frames in N processes")
+    where.add_argument("--workers", metavar="N", type=int, help="render frames in N processes")
     where.add_argument(
-        "--cluster", metavar="ADDRESS", help="make frames by Dask: tcp://HOST:PORT, tls://HOST:PORT, local:N"
+        "--cluster",
+        metavar="ADDRESS",
+        help="render frames with Dask: tcp://HOST:PORT, tls://HOST:PORT, local:N",
     )
-    group.add_argument(
-        "--low-priority", action="store_true", help="leave the machine to others, as far as they want it"
-    )
+    group.add_argument("--low-priority", action="store_true", help="run at low priority")
 
 
-def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
+def parse_shard(options: argparse.Namespace) -> tuple[int, int] | None:
     """Returns (I, N) of `--shard`, or None; raises `SettingsError`."""
     if options.shard is None:
         return None
@@ -79,7 +79,7 @@ def job_options(options: argparse.Namespace) -> Iterator[None]:
 @contextmanager
 def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
     """Context with the workers of the options, and `job_options`."""
-    from ..cluster.pools import make_pool
+    from ...cluster.pools import make_pool
 
     where = options.cluster if options.cluster is not None else options.workers
     with job_options(options), make_pool(where, threads=options.threads, tell=print_notice) as pool:

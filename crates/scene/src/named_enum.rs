@@ -1,0 +1,40 @@
+//! Closed sets whose members have names in world files, in Python and on the command line.
+
+/// Defines an enum whose variants are written as the given names: for serde, the JSON Schema, and as `NAMES`, `name` and
+/// `from_name`.
+macro_rules! named_enum {
+    (
+        $(#[$attribute:meta])*
+        pub enum $type:ident {
+            $($(#[$note:meta])* $variant:ident = $name:literal,)+
+        }
+    ) => {
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $(#[$attribute])*
+        pub enum $type {
+            $($(#[$note])* #[serde(rename = $name)] $variant,)+
+        }
+
+        impl $type {
+            /// The names of all members.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
+            /// The member's name.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+
+            /// The member with a name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name {
+                    $($name => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use named_enum;

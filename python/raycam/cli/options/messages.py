@@ -1,0 +1,80 @@
+"""The options `--quiet` and `--verbose`, and what commands print."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable
+
+from ...errors import Notice
+
+__all__ = [
+    "add_verbosity",
+    "is_verbose",
+    "print_detail",
+    "print_notice",
+    "print_notices",
+    "print_result",
+    "reset_messages",
+    "set_verbosity",
+]
+
+PRINTED_NOTICES: set[str] = set()
+"""The notices that this command has printed."""
+VERBOSITY = {"quiet": False, "verbose": False}
+"""The options `--quiet` and `--verbose` of this command."""
+
+
+def add_verbosity(command: argparse.ArgumentParser) -> None:
+    """Adds `--quiet` and `--verbose`."""
+    group = command.add_argument_group("messages")
+    either = group.add_mutually_exclusive_group()
+    either.add_argument("--quiet", action="store_true", help="print only errors and requested results")
+    either.add_argument(
+        "--verbose", action="store_true", help="print settings and times, and a traceback if an error occurs"
+    )
+
+
+def set_verbosity(quiet: bool, verbose: bool) -> None:
+    """Sets how much this command prints."""
+    from ... import progress
+
+    VERBOSITY.update(quiet=quiet, verbose=verbose)
+    progress.SHOWN = not quiet
+
+
+def reset_messages() -> None:
+    """Forgets the messages and the verbosity of the previous command of this process."""
+    PRINTED_NOTICES.clear()
+    set_verbosity(quiet=False, verbose=False)
+
+
+def is_verbose() -> bool:
+    """True if `--verbose` is given."""
+    return VERBOSITY["verbose"]
+
+
+def print_result(text: str) -> None:
+    """Prints the line that names a written file, unless `--quiet` is given."""
+    if not VERBOSITY["quiet"]:
+        print(text)
+
+
+def print_detail(text: str) -> None:
+    """Prints a line on stderr if `--verbose` is given."""
+    if VERBOSITY["verbose"]:
+        print(f"raycam: {text}", file=sys.stderr, flush=True)
+
+
+def print_notices(notices: Iterable[Notice | str]) -> None:
+    """Prints notices on stderr, one per line."""
+    for notice in notices:
+        print_notice(notice)
+
+
+def print_notice(notice: Notice | str) -> None:
+    """Prints a notice on stderr at once, unless this command has printed it before."""
+    if str(notice) not in PRINTED_NOTICES:
+        PRINTED_NOTICES.add(str(notice))
+        if not VERBOSITY["quiet"]:
+            print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)

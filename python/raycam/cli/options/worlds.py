@@ -1,0 +1,96 @@
+"""Options that select and load a world."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING, Literal
+
+from .messages import print_detail, print_notice, print_notices
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ...world import World
+
+__all__ = [
+    "add_folder",
+    "add_texture_memory",
+    "add_world",
+    "find_file",
+    "find_up_axis",
+    "load_world",
+    "parse_animation",
+]
+
+
+def add_world(command: argparse.ArgumentParser) -> None:
+    """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
+    command.add_argument(
+        "world", metavar="WORLD", help="world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
+    )
+    command.add_argument("--variant", metavar="NAME", help="material variant of a glTF file")
+    add_folder(command)
+    add_texture_memory(command)
+
+
+def add_folder(command: argparse.ArgumentParser) -> None:
+    """Adds `--folder`."""
+    command.add_argument(
+        "--folder",
+        metavar="FOLDER",
+        help="folder that contains all files named in the world file (default: the world file's folder)",
+    )
+
+
+def add_texture_memory(command: argparse.ArgumentParser) -> None:
+    """Adds `--texture-memory`."""
+    command.add_argument(
+        "--texture-memory",
+        metavar="SIZE",
+        help="maximum memory for textures, as in 512MiB; the rest is kept in a temporary file (default: no limit)",
+    )
+
+
+def load_world(options: argparse.Namespace) -> World:
+    """Loads the world and prints its notices."""
+    from ...world.load import load
+
+    path = find_file(options.world)
+    up = getattr(options, "up", None) or find_up_axis(path)
+    world = load(
+        path,
+        variant=getattr(options, "variant", None),
+        texture_memory=options.texture_memory,
+        folder=getattr(options, "folder", None),
+        up=up,
+    )
+    if up is not None and getattr(options, "up", None) is None:
+        print_notice("assuming that y is up, as in most OBJ files; use --up z if the model lies on its side")
+    print_notices(world.notices)
+    bounds = world.bounds
+    print_detail(f"{world!r}, bounds {[] if bounds is None else bounds.round(6).tolist()}")
+    return world
+
+
+def find_file(text: str) -> str | Path:
+    """Returns the path of a file, or of the one that comes with raycam if there is no such file here."""
+    from ...data import bundled
+
+    found = bundled(text)
+    if found is None or os.fspath(found) == text:
+        return text
+    print_notice(f"{text}: file not found here; using the one that comes with raycam")
+    return found
+
+
+def find_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
+    """Returns the up axis of a mesh whose file does not state it: y for OBJ; None if `load` determines it."""
+    return "y" if os.fspath(path).lower().endswith(".obj") else None
+
+
+def parse_animation(world: World, text: str | None) -> str | int | None:
+    """Parses an animation's name, or its number if no animation has this name."""
+    if text is None or not text.isdecimal() or text in (each.name for each in world.animations):
+        return text
+    return int(text)

@@ -1,0 +1,87 @@
+"""Requests to the core: everything that one image is rendered from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from ..arguments import flag, one_of, whole, words
+from ..errors import SettingsError
+from .frame import CHANNELS
+from .options import complete_options
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = [
+    "DEFAULT_CHANNELS",
+    "SHADED_CHANNELS",
+    "Region",
+    "Surface",
+    "channel_names",
+    "check_region",
+    "image_request",
+    "unlit",
+]
+
+DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
+SHADED_CHANNELS = ("color", "error")
+"""The channels that show light."""
+SURFACES = ["first", "solid"]
+MAX_UINT32 = (1 << 32) - 1
+
+Surface = Literal["first", "solid"]
+Region = Sequence[int]
+
+
+def image_request(
+    world: World,
+    options: Mapping[str, Any],
+    *,
+    names: list[str],
+    surface: str,
+    frame: int,
+    transparent_background: bool,
+    region: Region | None,
+) -> tuple[dict[str, Any], float, str]:
+    """Returns the arguments of the core's `render`, the exposure in stops and the view transform.
+
+    `options` are those that are given; others have the value in the world's `[render]`, or the default. Raises
+    `SettingsError` for invalid values.
+    """
+    request = complete_options(world, options)
+    stops, view = request.pop("exposure"), request.pop("view")
+    request |= {
+        "frame": whole("frame", frame, 0, MAX_UINT32),
+        "channels": names,
+        "surface": one_of("surface", surface, SURFACES),
+        "transparent_background": flag("transparent_background", transparent_background),
+        "region": None if region is None else check_region(region),
+    }
+    return request, stops, view
+
+
+def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dict[str, Any]:
+    """Returns a request for channels of the same image that need no light."""
+    off = dict.fromkeys(("noise_threshold", "time_limit", "ambient_occlusion", "clamp", "max_depth"))
+    return {**request, **off, "integrator": "flat", "channels": names, "samples": samples}
+
+
+def channel_names(channels: Sequence[str] | str) -> list[str]:
+    """Returns the names of channels without duplicates; "all" means every channel. Raises `SettingsError`."""
+    is_all = isinstance(channels, str) and channels == "all"
+    names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS)
+    if not names:
+        raise SettingsError(f"channels is empty; options: {', '.join(CHANNELS)}")
+    return names
+
+
+def check_region(value: Region) -> list[int]:
+    """Returns a region as four whole numbers; raises `SettingsError`."""
+    try:
+        sides = [whole("region", side, 0, MAX_UINT32) for side in value]
+    except TypeError:
+        sides = []
+    if len(sides) != 4:
+        raise SettingsError(f"region must be (x, y, width, height) in pixels, got {value!r}")
+    return sides

@@ -1,0 +1,39 @@
+"""The studio of worlds without lights and cameras: when it is used, and with which options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..errors import Notice
+from .sight import LIT_INTEGRATORS
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+__all__ = ["STUDIO_NOTICE", "STUDIO_OPTIONS", "is_unlit", "studio_options"]
+
+STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
+"""Defaults of the options of images in the studio."""
+STUDIO_NOTICE = Notice(
+    "the world has no lights and no camera: it is rendered in the studio, from the front right above, with "
+    'integrator="path" and max_depth=6; add lights or a camera to replace it',
+    "studio",
+)
+
+
+def studio_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the given options, and the studio's defaults of the others."""
+    defaults = dict(STUDIO_OPTIONS)
+    if "noise_threshold" in given or "time_limit" in given:
+        del defaults["samples"]
+    return {**defaults, **given}
+
+
+def is_unlit(world: World, camera: Camera, options: Mapping[str, Any]) -> bool:
+    """True if the integrator shows light, and the world has neither lights nor surfaces that emit light."""
+    if world.lights or options.get("integrator", "path") not in LIT_INTEGRATORS:
+        return False
+    world.prepare()
+    return world._core.lit_by_default_lights
