@@ -192,6 +192,16 @@ fn main() {
             add("named_cameras", format, &[&[pick(format)][..], file].concat());
         }
     }
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/calibration/tests/data/samples");
+    for folder in fs::read_dir(samples).expect("samples").flatten() {
+        let format = folder.file_name().into_string().expect("a format");
+        for file in fs::read_dir(folder.path()).expect("samples").flatten() {
+            let bytes = fs::read(file.path()).expect("a sample");
+            let name = format!("{format}-{}", file.file_name().to_string_lossy());
+            add("named_cameras", &name, &[&[pick(&format)][..], &bytes].concat());
+            add("any_cameras", &name, &bytes);
+        }
+    }
     for (format, text) in READ {
         add("named_cameras", &format!("{format}-read"), &[&[pick(format)][..], text.as_bytes()].concat());
         add("any_cameras", &format!("{format}-read"), text.as_bytes());

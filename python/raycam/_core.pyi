@@ -53,6 +53,7 @@ __all__ = [
     "srgb_from_linear",
     "world_add_light",
     "world_add_object",
+    "world_add_polygons",
     "world_add_rig",
     "world_cast_rays",
     "world_closest_points",
@@ -61,6 +62,7 @@ __all__ = [
     "world_from_bytes",
     "world_from_dict",
     "world_from_gltf",
+    "world_from_polygons",
     "world_inside",
     "world_intersections",
     "world_occluded",
@@ -192,6 +194,15 @@ def world_add_light(world: World, description: dict[str, Any], within: str | Pat
 def world_add_object(
     world: World, description: dict[str, Any], within: str | PathLike[str] | None
 ) -> int: ...
+def world_add_polygons(
+    world: World, description: dict[str, Any], polygons: dict[str, Any], folder: str | PathLike[str]
+) -> int: ...
+def world_from_polygons(
+    description: dict[str, Any],
+    polygons: dict[str, Any],
+    folder: str | PathLike[str],
+    texture_memory: int | None,
+) -> World: ...
 def world_add_rig(world: World, rig: Rig) -> None: ...
 def world_from_bytes(bytes: bytes, texture_memory: int | None, folder: str) -> World: ...
 def world_from_dict(

@@ -156,7 +156,9 @@ def load_cameras(
     * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
     * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
     * "camodocal", "vins": `model_type` PINHOLE, PINHOLE_FULL, MEI, KANNALA_BRANDT; with the mounts of VINS
+    * "ov2slam", "ncamera": OV2SLAM; camera systems of SVO and maplab (`T_B_C`), `cam_model` of SVO and FAST-LIVO2
     * "basalt", "mrcal", "zed": files of these programs and cameras
+    * "anipose": `calibration.toml` of Anipose, Pose2Sim and FreeMoCap
     * "colmap": a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
     * "metashape", "opensfm", "alicevision", "openmvg", "bundler", "realitycapture" (CSV), "realitycapture-xmp":
       reconstructions
@@ -167,14 +169,18 @@ def load_cameras(
     * "poses": 4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica),
       `.npy`
     * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
-    * "mvsnet", "neus", "llff", "middlebury": cameras of these benchmarks
+    * "mvsnet", "neus" (also DVR's), "llff", "middlebury", "realestate10k": cameras of these benchmarks
+    * "kapture": a folder with `sensors/`, or a file in it
+    * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": cameras and poses of these data sets
+    * "aria-mps": trajectories and `online_calibration.jsonl` of Project Aria's machine perception services
     * "kitti": `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
     * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
     * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
       sets
     * "nuscenes", "argoverse", "waymo": the cameras of vehicles, of tables as JSON (Argoverse 2's as CSV too)
     * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
-    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`
+    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`. If a
+      header names the columns, the names decide the order
     * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
 
     A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is

@@ -29,6 +29,10 @@ _OWN_NOTICES = {
         "Emissive objects are the only light, so shadow catchers show no shadows.",
         "Add a light to the world.",
     ),
+    "empty_file": Code(
+        "A file contains nothing that can be shown.",
+        "Check that the program that wrote it exports meshes, and as which types.",
+    ),
     "unposed_camera": Code(
         "The camera is at the origin inside the world, as files without poses leave it.",
         "Give the camera a pose, or place it with world.view_from.",

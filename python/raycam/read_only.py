@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import Floats
-from .errors import WorldError
+from .errors import WorldError, nearest
 
 __all__ = ["ReadOnlyArray", "ReadOnlyDict", "ReadOnlyList", "read_only_array"]
 
@@ -49,6 +49,10 @@ class ReadOnlyDict(dict[Key, Item]):
     def __init__(self, items: Mapping[Key, Item], remedy: str, error: type[Exception] = WorldError) -> None:
         super().__init__(items)
         self.remedy, self.error = remedy, error
+
+    def __missing__(self, key: object) -> Any:
+        """Raises `KeyError` with the names that exist."""
+        raise KeyError(nearest("name", key, [str(name) for name in self]))
 
     def __reduce__(self) -> Any:
         """Pickles and copies it as a plain dict."""

@@ -216,13 +216,13 @@ def test_points_of_triangles_and_what_cannot_be(tmp_path: Path) -> None:
         with pytest.raises(raycam.SettingsError, match=match):
             keypoints(world, camera, *given, **keys)
 
-    refused("point 1: object 9 of a world with 3 objects", world, [[0, 0, 0]] * 2, [0, 9])
-    refused("triangle 12 of object 1, which has 12", world, [[1, 0, 0]], [1], triangles=[12])
-    refused("have the sum 2, expected 1", world, [[1, 0, 1]], [1], triangles=[1])
+    refused("point 1: object 9 does not exist; the world has 3 objects", world, [[0, 0, 0]] * 2, [0, 9])
+    refused("triangle 12 does not exist; object 1 has 12 triangles", world, [[1, 0, 0]], [1], triangles=[12])
+    refused("have the sum 2; expected 1", world, [[1, 0, 1]], [1], triangles=[1])
     refused("triangles need objects", world, [[1, 0, 0]], triangles=[1])
     refused("triangles has 2 entries for 1 points", world, [[1, 0, 0]], [0], triangles=[1, 0])
     refused("objects is -1", world, [[1, 0, 0]], [-1])
-    refused("object 0 is bent by a skin.*give the triangle", bending_plate(tmp_path), [[0, 0, 0]], [0])
+    refused("object 0 is deformed by a skin.*give a triangle", bending_plate(tmp_path), [[0, 0, 0]], [0])
 
 
 def test_cameras_at_infinity_see_what_lies_before_a_point() -> None:

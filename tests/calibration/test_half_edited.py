@@ -85,9 +85,9 @@ def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
 
 
 def test_a_row_of_euroc_that_is_cut_off_is_an_error(tmp_path: Path) -> None:
-    rows = [f"{1403636579763555584 + i},0,0,{i},1,0,0,0,0.5,0.5,0.5" for i in range(3)]
+    rows = [f"{1403636579763555584 + i},0,0,{i},1,0,0,0,0.5,0.5,0.5,0,0,0,0,0,0" for i in range(3)]
     lens = raycam.Camera([[458, 0, 367], [0, 457, 248], [0, 0, 1]], np.eye(3), np.zeros(3), (752, 480))
-    with pytest.raises(FormatError, match=r"data.csv:3: 9 columns, and the rows before have 11"):
+    with pytest.raises(FormatError, match=r"data.csv:3: 11 columns, and the rows before have 17"):
         raycam.load_cameras(
-            written(tmp_path, "data.csv", "\n".join(rows).removesuffix(",0.5,0.5")), intrinsics=lens
+            written(tmp_path, "data.csv", "\n".join(rows).removesuffix(",0,0,0,0,0,0")), intrinsics=lens
         )

@@ -271,7 +271,7 @@ def test_a_lens_that_shows_nothing_is_told(tmp_path: Path) -> None:
 def test_units_of_the_size_are_refused_in_every_format(tmp_path: Path) -> None:
     file = tmp_path / "a.txt"
     file.write_text("0.8 1.1 0.5 0.5\n")
-    with pytest.raises(FormatError, match="units of the picture's size"):
+    with pytest.raises(FormatError, match="units of the image's size"):
         raycam.load_cameras(file, size=SIZE)
 
 
@@ -320,6 +320,6 @@ def test_the_two_files_of_a_pair(tmp_path: Path, third: str | None) -> None:
     cameras = raycam.load_cameras(tmp_path, size=SIZE)
     assert list(cameras) == ["left", "right"]
     if third is None:
-        assert "no R and T" in " ".join(cameras.notices)
+        assert "R and T" in " ".join(cameras.notices)
     else:
         check(cameras["right"], K, R, C, lens)

@@ -117,8 +117,8 @@ def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
     ("matrix", "reason"),
     [
         (world_from_camera(1).T, "transposed"),
-        (four(np.diag([1.0, 1, -1]), np.ones(3)), "mirror"),
-        (four(2 * np.eye(3), np.ones(3)), "no rotation"),
+        (four(np.diag([1.0, 1, -1]), np.ones(3)), "reflection"),
+        (four(2 * np.eye(3), np.ones(3)), "not a rotation"),
         (np.vstack([np.eye(3, 4), [[0, 0, 1, 1]]]), "last row"),
     ],
 )

@@ -9,10 +9,12 @@ from raycam.errors import CameraError
 from scipy.spatial.transform import Rotation
 
 
-def test_a_rotation_of_four_digits_is_refused_with_the_way_on() -> None:
+def test_a_rotation_of_four_digits_is_repaired_and_one_of_two_digits_is_refused() -> None:
     K = [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
     R = Rotation.from_euler("xyz", [10, 20, 30], degrees=True).as_matrix().round(4)
-    with pytest.raises(CameraError, match="svd"):
-        raycam.Camera(K, R, np.zeros(3), (640, 480))
     U, _, Vt = np.linalg.svd(R)
-    np.testing.assert_allclose(raycam.Camera(K, U @ Vt, np.zeros(3), (640, 480)).R, R, atol=1e-4)
+    with pytest.warns(raycam.Notice):
+        repaired = raycam.Camera(K, R, np.zeros(3), (640, 480))
+    np.testing.assert_allclose(repaired.R, U @ Vt, atol=1e-12)
+    with pytest.raises(CameraError, match="not a rotation"):
+        raycam.Camera(K, R.round(2), np.zeros(3), (640, 480))

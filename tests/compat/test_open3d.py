@@ -197,7 +197,7 @@ FACES = np.array([[0, 1, 2], [0, 1, 3]], np.uint32)
         (SOLID, [[0, 1, 2, 3]] * 3, r"triangle_indices must be whole numbers .* \[n, 3\], not \[3, 4\]"),
         (SOLID, [0, 1, 2], r"not \[3\]"),
         (SOLID, FACES + 0.5, "of dtype float64"),
-        (SOLID, [[0, 1, 9]], "indices are 0..=3"),
+        (SOLID, [[0, 1, 9]], "indices are 0 to 3"),
         (SOLID.ravel(), FACES, r"vertex_positions must be numbers of the shape \[n, 3\], not \[12\]"),
         (SOLID * 1j, FACES, "complex"),
         (SOLID * np.nan, FACES, "finite"),

@@ -247,7 +247,7 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
     finally:
         viewer.close_external()
     assert not viewer.is_active
-    with pytest.raises(NotImplementedError, match="render_video"):
+    with pytest.raises(NotImplementedError, match=r"raycam\.video\.write_video"):
         viewer.save_gif()
 
 

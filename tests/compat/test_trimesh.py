@@ -151,3 +151,30 @@ def test_names_of_trimesh_that_are_not_here_say_the_way_on() -> None:
         with pytest.raises(AttributeError, match=rf"^{name} of trimesh .* raycam.load\(path\)"):
             getattr(compat, name)
     assert not hasattr(compat, "__path__")
+
+
+@pytest.mark.parametrize("shape", ["tetrahedron", "box", "icosahedron"])
+def test_the_triangle_of_a_closest_point_faces_the_point(shape: str) -> None:
+    """Outside of a convex body, the side of the point is the sign of the triangle's normal."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    mesh = {
+        "tetrahedron": lambda: trimesh.Trimesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]),
+        "box": trimesh.creation.box,
+        "icosahedron": trimesh.creation.icosahedron,
+    }[shape]()
+    points = np.random.default_rng(5).uniform(-3, 3, (500, 3))
+    points = points[~mesh.contains(points)] if shape != "tetrahedron" else points
+    if shape == "tetrahedron":
+        points = points[(points < 0).any(axis=1) | (points.sum(axis=1) > 1)]
+    position, distance, triangle = compat.closest_point(mesh, points)
+    sides = np.einsum("ni,ni->n", mesh.face_normals[triangle], points - position)
+    assert (sides > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(points - position, axis=1), distance, atol=1e-12)
+    # No other triangle that contains the closest point faces it more.
+    for number in range(0, len(points), 25):
+        near = trimesh.triangles.closest_point(
+            mesh.triangles, np.tile(position[number], (len(mesh.faces), 1))
+        )
+        meets = np.linalg.norm(near - position[number], axis=1) < 1e-9
+        best = (mesh.face_normals[meets] @ (points[number] - position[number])).max()
+        assert sides[number] == pytest.approx(best, abs=1e-9)

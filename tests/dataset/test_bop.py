@@ -21,13 +21,13 @@ def test_bop(tmp_path: Path) -> None:
         name: json.loads((scene / f"scene_{name}.json").read_text()) for name in ("camera", "gt", "gt_info")
     }
     information = json.loads((tmp_path / "models" / "models_info.json").read_text())
-    assert information["1"]["diameter"] == pytest.approx(1000 * np.linalg.norm([0.6, 0.4, 0.5]))
-    assert information["2"]["diameter"] == pytest.approx(600, rel=0.02)
-    assert information["1"]["size_x"] == pytest.approx(600)
-    assert set(information) == {"1", "2", "3"}
+    assert information["2"]["diameter"] == pytest.approx(1000 * np.linalg.norm([0.6, 0.4, 0.5]))
+    assert information["1"]["diameter"] == pytest.approx(600, rel=0.02)
+    assert information["2"]["size_x"] == pytest.approx(600)
+    assert set(information) == {"1", "2", "9"}
     import trimesh
 
-    model = trimesh.load(tmp_path / "models" / "obj_000001.ply", process=False)
+    model = trimesh.load(tmp_path / "models" / "obj_000002.ply", process=False)
     np.testing.assert_allclose(np.ptp(model.vertices, axis=0), [600, 400, 500], rtol=1e-6)
     for number, camera in enumerate(cameras):
         row = rows["camera"][str(number)]
@@ -45,7 +45,7 @@ def test_bop(tmp_path: Path) -> None:
         instance = truth(camera)
         labels = {item.object: item for item in raycam.label(table(), camera)}
         order = [n for n in (1, 2, 3, 4) if n in labels]
-        assert [g["obj_id"] for g in rows["gt"][str(number)]] == [{1: 1, 2: 1, 3: 2, 4: 3}[n] for n in order]
+        assert [g["obj_id"] for g in rows["gt"][str(number)]] == [{1: 2, 2: 2, 3: 1, 4: 9}[n] for n in order]
         for place, (n, pose, info) in enumerate(
             zip(order, rows["gt"][str(number)], rows["gt_info"][str(number)], strict=True)
         ):
@@ -106,3 +106,74 @@ def test_bop_as_coco(tmp_path: Path) -> None:
                 assert one["ignore"] == (info["visib_fract"] < 0.1)
             assert next(found, None) is None
     assert hidden
+
+
+def model_rows(folder: Path) -> dict[int, float]:
+    """The diameters of the models, by obj_id."""
+    rows = json.loads((folder / "models/models_info.json").read_text())
+    assert {f"obj_{int(key):06d}.ply" for key in rows} | {"models_info.json"} == {
+        path.name for path in (folder / "models").iterdir()
+    }
+    return {int(key): round(row["diameter"], 3) for key, row in rows.items()}
+
+
+def pose_ids(folder: Path, scene: int = 0) -> list[int]:
+    rows = json.loads((folder / f"train_pbr/{scene:06d}/scene_gt.json").read_text())
+    return [row["obj_id"] for row in rows["0"]]
+
+
+def test_bop_meshes_loaded_several_times_are_one_model(tmp_path: Path) -> None:
+    source = raycam.World()
+    source.add_object(sphere={"radius": 0.2, "level": 2})
+    source.to_gltf(tmp_path / "ball.glb")
+    world = raycam.World()
+    for x in (-0.6, 0.0, 0.6):
+        world.add_object(mesh=str(tmp_path / "ball.glb"), location=[x, 0, 0.2], yaw=40 * x, category="ball")
+    world.add_object(mesh=str(tmp_path / "ball.glb"), location=[0, 0.8, 0.5], scale=2, category="big ball")
+    write(world, tmp_path / "set", "bop", cameras=ring(1), samples=1, integrator="flat")
+    assert list(model_rows(tmp_path / "set")) == [1, 2]
+    assert pose_ids(tmp_path / "set") == [1, 1, 1, 2]
+
+
+def test_bop_model_ids_do_not_depend_on_the_order_of_objects(tmp_path: Path) -> None:
+    things = [
+        {"box": {"size": [0.3, 0.2, 0.1]}, "name": "a", "category": "cup", "location": [0, 0, 0.3]},
+        {"sphere": {"radius": 0.2}, "name": "b", "category": "ball", "location": [0.6, 0, 0.3]},
+        {"cone": {"radius": 0.2, "height": 0.3}, "name": "c", "category": 7, "location": [-0.6, 0, 0.3]},
+        {"box": {"size": [0.1, 0.1, 0.1]}, "name": "d", "category": "cup", "location": [0, 0.6, 0.3]},
+    ]
+    found = []
+    for number, order in enumerate(([0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1])):
+        world = raycam.World()
+        for place in order:
+            world.add_object(**things[place])
+        folder = tmp_path / str(number)
+        write(world, folder, "bop", cameras=ring(1), samples=1, integrator="flat")
+        found.append((model_rows(folder), dict(zip(order, pose_ids(folder), strict=True))))
+    assert found[0] == found[1] == found[2]
+    assert found[0][1][2] == 7
+    # Scenes with other objects agree on the ids that are given.
+    ids = {"cup": 30, "ball": 20, "d": 31}
+    for number, chosen in enumerate(([0, 1], [1, 2, 3])):
+        world = raycam.World()
+        for place in chosen:
+            world.add_object(**things[place])
+        given = {name: own for name, own in ids.items() if name != "d" or 3 in chosen}
+        given = {name: own for name, own in given.items() if name != "cup" or 0 in chosen}
+        folder = tmp_path / f"scene{number}"
+        write(
+            world, folder, "bop", cameras=ring(1), model_ids=given, scene=number, samples=1, integrator="flat"
+        )
+        assert pose_ids(folder, number) == [{0: 30, 1: 20, 2: 7, 3: 31}[place] for place in chosen]
+
+
+def test_bop_reports_categories_with_several_shapes(tmp_path: Path) -> None:
+    world = raycam.World()
+    for x, size in ((-0.4, 0.1), (0.4, 0.2)):
+        world.add_object(box={"size": [size] * 3}, location=[x, 0, 0.3], category=5)
+    with pytest.warns(raycam.Notice, match="obj_id 5"):
+        write(world, tmp_path / "set", "bop", cameras=ring(1), samples=1, integrator="flat")
+    assert list(model_rows(tmp_path / "set")) == [1, 5]
+    for wrong in ({"cup": 1}, {"5": 0}, {"5": 2.5}, [1]):
+        with pytest.raises(raycam.SettingsError):
+            write(world, tmp_path / "wrong", "bop", cameras=ring(1), model_ids=wrong)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import raycam
 from PIL import Image
 from raycam.dataset import write
 from raycam.dataset.training.mcap import quaternion
+from scipy.spatial.transform import Rotation
 
 SIZE = (32, 24)
 
@@ -48,12 +50,17 @@ def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
         "/camera/camera_info",
         "/camera/depth",
         "/camera/image/compressed",
+        "/camera/instance",
         "/camera/pose",
+        "/instances",
+        "/tf",
     ]
+    (_, names), *_ = found["/instances"]
+    assert json.loads(names.data) == {"0": {"name": "sphere", "category": None}}
     for number, camera in enumerate(cameras()):
         frame = raycam.render(world(), camera, samples=1)
         stamp, info = found["/camera/camera_info"][number]
-        assert stamp == [0, 250_000_000, 1_500_000_000][number]
+        assert stamp == [1_000_000_000, 1_250_000_000, 2_500_000_000][number]
         assert info.header.stamp.sec * 10**9 + info.header.stamp.nanosec == stamp
         assert (info.width, info.height, info.distortion_model) == (*SIZE, "plumb_bob")
         np.testing.assert_array_equal(info.k, camera.K.ravel())
@@ -65,6 +72,14 @@ def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
         depth = found["/camera/depth"][number][1]
         metres = np.frombuffer(bytes(depth.data), "<f4").reshape(depth.height, depth.width)
         np.testing.assert_array_equal(np.where(np.isnan(metres), np.inf, metres), frame["depth"])
+        ids = found["/camera/instance"][number][1]
+        assert ids.encoding == "32SC1"
+        numbers = np.frombuffer(bytes(ids.data), "<i4").reshape(ids.height, ids.width)
+        np.testing.assert_array_equal(numbers, frame["instance"])
+        (moved,) = found["/tf"][number][1].transforms
+        assert (moved.header.frame_id, moved.child_frame_id) == ("world", "camera_optical")
+        np.testing.assert_allclose(matrix_of(moved.transform)[:3, :3], camera.R.T, atol=1e-12)
+        np.testing.assert_allclose(matrix_of(moved.transform)[:3, 3], camera.C, atol=1e-12)
         pose = found["/camera/pose"][number][1].pose
         assert [pose.position.x, pose.position.y, pose.position.z] == camera.C.tolist()
         x, y, z, w = (getattr(pose.orientation, axis) for axis in "xyzw")
@@ -77,7 +92,7 @@ def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
         )
         np.testing.assert_allclose(matrix, camera.R.T, atol=1e-12)
     text = (tmp_path / "a" / "metadata.yaml").read_text()
-    assert "message_count: 12" in text
+    assert "message_count: 19" in text
     assert "nanoseconds: 1500000000" in text
 
 
@@ -90,12 +105,12 @@ def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
     store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
     found: dict[str, Any] = {}
     with rosbag2.Reader(tmp_path / "bag") as reader:
-        assert reader.message_count == 8
+        assert reader.message_count == 14
         assert reader.duration == 1  # one moment, and the end is after it
         for connection, stamp, raw in reader.messages():
             found[connection.topic] = store.deserialize_cdr(raw, connection.msgtype)
-            assert stamp == 0
-    assert len(found) == 8
+            assert stamp == 10**9
+    assert len(found) == 13
     for name, camera in rig["body"].items():
         (info,) = (value for topic, value in found.items() if name in topic and "info" in topic)
         assert (info.width, info.height, info.header.frame_id) == (*SIZE, f"{name}_optical")
@@ -106,6 +121,60 @@ def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
         np.testing.assert_array_equal([pose.position.x, pose.position.y, pose.position.z], camera.C)
         (depth,) = (value for topic, value in found.items() if name in topic and "depth" in topic)
         assert (depth.encoding, depth.step, depth.is_bigendian) == ("32FC1", 4 * SIZE[0], 0)
+
+
+def matrix_of(transform: Any) -> np.ndarray:
+    """The matrix [4, 4] of a geometry_msgs/Transform, by SciPy."""
+    found = np.eye(4)
+    found[:3, :3] = Rotation.from_quat([getattr(transform.rotation, axis) for axis in "xyzw"]).as_matrix()
+    found[:3, 3] = [getattr(transform.translation, axis) for axis in "xyz"]
+    return found
+
+
+@pytest.mark.parametrize("start", [0.0, 1_700_000_000.25])
+def test_the_frame_tree_places_the_cameras_of_a_rig(tmp_path: Path, start: float) -> None:
+    """world from base_link from camera is world from camera, and the mounts are static."""
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = importlib.import_module("rosbags.typesys")
+    mounts = {
+        "front": raycam.Camera.from_pose([0.2, 0, 0.1], 0, 5, 0, size=SIZE, fov=60),
+        "side": raycam.Camera.from_pose([0, 0.3, 0.1], 3, -5, 80, size=SIZE, fov=60),
+    }
+    poses = [Rotation.from_euler("zyx", [yaw, 4, 7], degrees=True).as_matrix().T for yaw in (0, 30, 75)]
+    places = [[3.0, 0.1, 0.2], [2.0, 1.0, 0.3], [1.0, 2.0, 0.4]]
+    rigs = [raycam.Rig(mounts, R, C) for R, C in zip(poses, places, strict=True)]
+    write(world(), tmp_path / "bag", "mcap", cameras=rigs, times=[0.0, 0.5, 1.0], start_time=start, samples=1)
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    moving, static = [], {}
+    with rosbag2.Reader(tmp_path / "bag") as reader:
+        assert reader.start_time == round(start * 1e9)
+        for connection, stamp, raw in reader.messages():
+            if connection.topic in ("/tf", "/tf_static"):
+                (found,) = store.deserialize_cdr(raw, connection.msgtype).transforms
+                assert found.header.stamp.sec * 10**9 + found.header.stamp.nanosec == stamp
+                if connection.topic == "/tf":
+                    assert (found.header.frame_id, found.child_frame_id) == ("world", "base_link")
+                    moving.append((stamp, matrix_of(found.transform)))
+                else:
+                    assert found.header.frame_id == "base_link"
+                    static[found.child_frame_id] = matrix_of(found.transform)
+        qos = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
+    assert sorted(static) == ["front_optical", "side_optical"]
+    assert [stamp - round(start * 1e9) for stamp, _ in moving] == [0, 500_000_000, 1_000_000_000]
+    assert qos["/tf_static"]
+    assert not qos["/tf"]
+    for (_, body), rig in zip(moving, rigs, strict=True):
+        np.testing.assert_allclose(body[:3, 3], rig.C, atol=1e-12)
+        for name, camera in rig.items():
+            placed = body @ static[f"{name}_optical"]
+            np.testing.assert_allclose(placed[:3, :3], camera.R.T, atol=1e-12)
+            np.testing.assert_allclose(placed[:3, 3], camera.C, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [-1, float("nan"), 2**31, True, "now"])
+def test_start_time_out_of_range_raises(tmp_path: Path, wrong: Any) -> None:
+    with pytest.raises(raycam.SettingsError):
+        write(world(), tmp_path / "a", "mcap", cameras=cameras(), start_time=wrong)
 
 
 def test_p_of_a_rectified_pair_is_opencvs(tmp_path: Path) -> None:

@@ -144,7 +144,7 @@ def check_coco_of_recipe(folder: Path) -> None:
 
 
 def test_what_a_recipe_cannot_be(tmp_path: Path) -> None:
-    with pytest.raises(raycam.SettingsError, match="count is of the worlds of a recipe"):
+    with pytest.raises(raycam.SettingsError, match="count"):
         write(table(), tmp_path, count=2)
     changed = {**RECIPE, "camera": [{**RECIPE["camera"][0], "count": {"integer": [1, 2]}}]}
     with pytest.raises(raycam.WorldError, match="count must be a number"):

@@ -96,8 +96,7 @@ def test_every_block_of_the_page_runs(
 ) -> None:
     shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys.modules["raycam.render.render"], "DEFAULT_SAMPLES", 1)
-    monkeypatch.setitem(sys.modules["raycam.render.render"].STUDIO, "samples", 1)
+    monkeypatch.setitem(sys.modules["raycam.render.studio"].STUDIO_OPTIONS, "samples", 1)
     world = Path("spot.toml").read_text(encoding="utf-8")
     world = re.sub(
         r"^samples = .*", "samples = 1", world.replace("occlusion = true", "occlusion = false"), flags=re.M
@@ -119,12 +118,11 @@ def test_every_block_of_the_page_runs(
             compare_answers(text, page, capsys)
 
 
-def test_how_to_pages_are_short_and_show_what_they_make() -> None:
+def test_how_to_pages_show_what_they_make() -> None:
     pages = [path for path in (ROOT / "docs" / "howto").glob("*.md") if path.name != "index.md"]
     assert len(pages) > 20
     for page in pages:
         text = page.read_text(encoding="utf-8")
-        assert text.count("\n") <= 60, f"{page.name} is long"
         assert re.search(r"!\[.+\]\(\.\./images/|^```console$|^```pycon$", text, re.M), (
             f"{page.name} shows nothing"
         )

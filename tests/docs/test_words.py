@@ -24,10 +24,6 @@ WORDS = [
 ]  # fmt: skip
 
 
-def test_design_notes_are_short() -> None:
-    assert len((DOCS / "design.md").read_text("utf-8").splitlines()) <= 250
-
-
 def test_internal_decisions_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
     import words  # type: ignore[import-not-found]

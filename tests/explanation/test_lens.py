@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.camera._optics import Readout
-from raycam.viewer.probe import point_at
+from raycam.viewer.probe import locate
 
 SIZE = (64, 48)
 LENSES: dict[str, dict[str, Any]] = {
@@ -111,7 +111,7 @@ def test_what_moves_before_a_rolling_shutter_is_explained_as_it_is_rendered(
         for row in range(2, SIZE[1], 7):
             found = raycam.explain(moment, camera, (column, row))
             check_pixel(found, frame)
-            point = point_at(moment, camera, column + 0.5, row + 0.5)
+            point = locate(moment, camera, column + 0.5, row + 0.5)["point"]
             if point is not None:
                 np.testing.assert_allclose(point, frame["position"][row, column], atol=1e-5)
             others += not np.isclose(found.depth, standing[row, column], atol=0.01)

@@ -356,4 +356,4 @@ def test_k_of_a_turned_picture_is_told(tmp_path: Path, size: tuple[int, int]) ->
     for width, height, told in ((*size, True), (size[1], size[0], False)):
         path.write_text(json.dumps({"K": k, "image_width": width, "image_height": height}))
         notices = raycam.load_cameras(path).notices
-        assert any("turned by a quarter" in str(notice) for notice in notices) == told, notices
+        assert any("rotated by 90 degrees" in str(notice) for notice in notices) == told, notices

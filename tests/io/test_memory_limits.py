@@ -157,7 +157,7 @@ def test_what_macos_can_give(monkeypatch: pytest.MonkeyPatch) -> None:
     assert memory_limits.mac_available("") == 0
     monkeypatch.setattr(memory_limits.sys, "platform", "darwin")
     monkeypatch.setattr(
-        memory_limits, "_said", lambda *command: VM_STAT if command[0] == "vm_stat" else "4096\n"
+        memory_limits, "_command_output", lambda *command: VM_STAT if command[0] == "vm_stat" else "4096\n"
     )
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     assert memory_limits.limits() == [(total, max(0, total - 206_000 * 16384))]

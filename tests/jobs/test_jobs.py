@@ -82,7 +82,7 @@ def test_another_job_is_refused_with_the_difference(tmp_path: Path, change: str)
     options, message = CHANGES[change]
     Job(tmp_path / "a", package()).run(Pool(), frames=[1])
     before = results(tmp_path / "a")
-    with pytest.raises(JobError, match=f"another job is here: .*{message}.*--no-resume"):
+    with pytest.raises(JobError, match=f"another job is here: .*{message}.*resume=False"):
         Job(tmp_path / "a", package(**options))
     assert results(tmp_path / "a") == before
     (tmp_path / "a" / "notes.txt").write_text("mine")
@@ -123,7 +123,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
 
     # They stay failed until they are asked for.
     pool = Pool()
-    with pytest.raises(JobError, match="--retry-failed"):
+    with pytest.raises(JobError, match="retry_failed=True"):
         Job(tmp_path / "a", package()).run(pool)
     assert pool.made == []
     Job(tmp_path / "a", package()).run(pool, frames=[0, 1])
@@ -408,3 +408,34 @@ def test_bad_requests_are_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="file"):
         Job(tmp_path / "file", package())
+
+
+def test_a_finished_job_releases_a_large_package_and_writes_it_again_when_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: dict[str, bytes]
+) -> None:
+    path = tmp_path / "a/.raycam/package"
+    job = Job(tmp_path / "a", package())
+    job.run(Pool(), frames=[1])
+    monkeypatch.setattr("raycam.jobs.job.MAX_KEPT_PACKAGE_BYTES", 0)
+    job.release_package()
+    assert path.exists()  # frames are missing
+    job.run(Pool())
+    job.release_package()
+    assert not path.exists()
+    assert Job(tmp_path / "a").verify() == {}
+    pool = Pool()
+    Job(tmp_path / "a", package()).run(pool)
+    assert (pool.made, path.exists()) == ([], False)
+    with pytest.raises(JobError):
+        Job(tmp_path / "a", package(samples=2))
+    first = next(name for name in whole if name.endswith("0001.png"))
+    (tmp_path / "a" / first).unlink()
+    with pytest.raises(JobError):  # without the world
+        Job(tmp_path / "a").run(Pool())
+    again = Job(tmp_path / "a", package())
+    again.run(pool)
+    assert pool.made == [1]
+    assert path.exists()
+    assert results(tmp_path / "a") == whole
+    path.unlink()
+    assert list(Job(tmp_path / "a").verify()) == [".raycam/package"]

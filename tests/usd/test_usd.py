@@ -210,9 +210,9 @@ def test_equal_prims_share_their_mesh(tmp_path: Path) -> None:
             ball.CreateDisplayColorAttr([(1, 0, 0)])
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
-    assert world.counts["meshes"] == 3
+    assert world.counts["meshes"] == 2
     assert [item.matrix[0, 3] for item in world.objects] == [0, 5, 10, 15]
-    assert [item.mesh for item in world.objects][:2] == [0, 0]
+    assert [item.mesh for item in world.objects] == [0, 0, 1, 0]
 
 
 def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
@@ -331,7 +331,7 @@ def test_lights(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
     np.testing.assert_allclose(lights["sky"]["radiance"], [0.5] * 3)
-    assert any("/lights/dark is left out" in str(notice) for notice in world.notices)
+    assert any("/lights/dark: no light" in str(notice) for notice in world.notices)
 
 
 def test_a_bulb_without_size_keeps_its_power(tmp_path: Path) -> None:
@@ -366,9 +366,9 @@ def test_lights_of_odd_sizes_are_left_out_alone(tmp_path: Path, value: float) ->
     world = raycam.load(tmp_path / "a.usda")
     assert [light["type"] for light in world.lights] == ["sky"]
     for name, key in {"bulb": "radius", "panel": "height", "disk": "radius", "sun": "angle"}.items():
-        assert any(f"/lights/{name} is left out: its {key} is" in str(notice) for notice in world.notices), (
-            name
-        )
+        assert any(
+            f"/lights/{name}: " in str(notice) and f" {key} " in str(notice) for notice in world.notices
+        ), name
 
 
 def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
@@ -382,14 +382,14 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     world = raycam.load(tmp_path / "a.usda")
     assert len(world.objects) == 1
     said = "\n".join(world.notices)
-    assert "1 Points prims are left out" in said
-    assert "a subdivision surface" in said
-    assert "its unit of length is 0.01 m" in said
+    assert "1 Points prims" in said
+    assert "approximated_value" in said
+    assert "0.01 m" in said
     # Without anything left, the error says why.
     other = stage(tmp_path / "b.usda")
     UsdGeom.Points.Define(other, "/dust")
     other.Save()
-    with pytest.raises(raycam.FormatError, match="nothing to see; 1 Points prims are left out"):
+    with pytest.raises(raycam.FormatError, match="1 Points prims"):
         raycam.load(tmp_path / "b.usda")
 
 
@@ -498,8 +498,8 @@ def test_the_budget_holds(tmp_path: Path) -> None:
     made.Save()
     for budget, reason in (
         (usd.UsdLimits(bytes=100), "100"),
-        (usd.UsdLimits(seconds=0.0), "not read within"),
-        (usd.UsdLimits(triangles=3), "memory|corners"),
+        (usd.UsdLimits(seconds=0.0), r"\b0 s\b"),
+        (usd.UsdLimits(corners=3), "memory|corners"),
     ):
         with pytest.raises(raycam.FormatError, match=reason):
             usd.read(tmp_path / "a.usda", tmp_path, budget)
@@ -516,7 +516,7 @@ def test_without_the_extra_the_error_says_how_to_get_it(
 
 def test_the_worker_leaves_without_taking_the_library_down(tmp_path: Path) -> None:
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
-    limits = {"memory": 1 << 33, "bytes": 1 << 20, "seconds": 60, "triangles": 9, "folder": str(tmp_path)}
+    limits = {"memory": 1 << 33, "bytes": 1 << 20, "seconds": 60, "corners": 9, "folder": str(tmp_path)}
     limits |= {"time": None, "single": False, "up": None}
     program = (
         "import atexit, runpy, sys; atexit.register(print, 'taken down'); "

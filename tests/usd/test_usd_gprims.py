@@ -19,6 +19,15 @@ def stage(path: Path) -> Any:
     return made
 
 
+def cap_volume(radius: float, depth: float) -> float:
+    """The volume of a ball's part of this depth."""
+    return math.pi * depth**2 * (3 * radius - depth) / 3
+
+
+FRUSTUM = math.pi * 2 * (1 + 0.5 + 0.25) / 3
+STRETCH = math.hypot(1, 0.25)
+CAPSULE_VOLUME = cap_volume(STRETCH, STRETCH + 0.25) + FRUSTUM + cap_volume(STRETCH / 2, STRETCH / 2 - 0.125)
+
 SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
     "Cube": ({"size": 3.0}, 27.0, [3, 3, 3]),
     "Sphere": ({"radius": 1.5}, 4 / 3 * math.pi * 1.5**3, [3, 3, 3]),
@@ -29,6 +38,12 @@ SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
         {"radius": 0.5, "height": 2.0, "axis": "Y"},
         math.pi * 0.5**2 * (2 + 4 / 3 * 0.5),
         [1, 3, 1],
+    ),
+    # The frustum, and the caps of two balls that touch its side in the rims.
+    "Capsule_1": (
+        {"radiusBottom": 1.0, "radiusTop": 0.5, "height": 2.0},
+        CAPSULE_VOLUME,
+        [2 * STRETCH, 2 * STRETCH, 2 + 0.25 - 0.125 + 1.5 * STRETCH],
     ),
 }
 

@@ -60,23 +60,20 @@ UNUSABLE = {
     "scale 0": (scale(0, 0, 0), "scale 0"),
     "scale 0 twice": (scale(1, 0, 0), "scale 0"),
     "scale 0 after a turn": (nested_scale, "scale 0"),
-    "holes": (holes, "all its faces are holes"),
-    "points of floats": (
-        typed("points", "FloatArray", [1.0, 2.0, 3.0]),
-        "its points are of the type float[]",
-    ),
-    "points of double3 alone": (typed("points", "Double3", (1, 2, 3)), "its points are of the type double3"),
+    "holes": (holes, "holes"),
+    "points of floats": (typed("points", "FloatArray", [1.0, 2.0, 3.0]), "float[]"),
+    "points of double3 alone": (typed("points", "Double3", (1, 2, 3)), "double3,"),
     "points of doubles": (
         typed("points", "Double3Array", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]),
-        "its points are of the type double3[], not point3f[]",
+        "double3[], expected point3f[]",
     ),
-    "points of strings": (typed("points", "StringArray", ["a", "b"]), "its points are of the type string[]"),
+    "points of strings": (typed("points", "StringArray", ["a", "b"]), "string[]"),
     "indices of float3": (
         typed("faceVertexIndices", "Float3Array", [(0, 1, 2)]),
-        "its faceVertexIndices are of the type float3[]",
+        "float3[]",
     ),
-    "no points": (no_points, "it has no points"),
-    "a bad corner": (bad_corner, "a corner is none of its 4 points"),
+    "no points": (no_points, "points"),
+    "a bad corner": (bad_corner, "0 to 3"),
     "an infinite place": (infinite_place, "not finite"),
 }
 
@@ -90,7 +87,7 @@ def test_an_unusable_prim_is_left_out(tmp_path: Path, case: str) -> None:
     world = load(made)
     assert [thing.name for thing in world.objects] == ["shown"]
     (notice,) = world.notices
-    assert "/world/odd is left out: " in str(notice)
+    assert "Mesh /world/odd: " in str(notice)
     assert reason in str(notice)
 
 
@@ -184,7 +181,7 @@ def test_a_material_of_another_kind_gives_way_to_colours(tmp_path: Path, color: 
         mesh.CreateDisplayColorAttr([color])
     world = load(made)
     np.testing.assert_allclose(world.triangle_colors(), [color or (0.8, 0.8, 0.8)] * 2, atol=1e-6)
-    assert any("/fine is no UsdPreviewSurface" in str(notice) for notice in world.notices)
+    assert any("/fine" in str(notice) and "UsdPreviewSurface" in str(notice) for notice in world.notices)
 
 
 @pytest.mark.parametrize("how", ["gone", "unknown purpose", "above"])
@@ -199,7 +196,8 @@ def test_a_binding_that_leads_nowhere_is_said(tmp_path: Path, how: str) -> None:
     material(made, "/paint", diffuseColor=(1.0, 0.0, 0.0))
     world = load(made)
     (notice,) = world.notices
-    assert "/world/square: no material is where its binding leads" in str(notice)
+    assert "Mesh /world/square: " in str(notice)
+    assert "binding" in str(notice)
 
 
 @pytest.mark.parametrize("family", ["", "materialBind", "other"])
@@ -221,7 +219,8 @@ def test_subsets_without_a_family_have_their_material(tmp_path: Path, family: st
     assert sorted(map(tuple, world.triangle_colors().tolist())) == sorted(expected)
     assert bool(world.notices) == (family == "")
     if not family:
-        assert "subset /world/square/part has no familyName" in str(world.notices[0])
+        assert "/world/square/part" in str(world.notices[0])
+        assert "familyName" in str(world.notices[0])
 
 
 def odd_camera(made: Any, case: str) -> None:
@@ -261,7 +260,7 @@ def test_an_odd_camera_or_light_is_left_out(tmp_path: Path, make: Any, case: str
     assert list(world.cameras) == ["eye"]
     assert not world.lights
     (notice,) = world.notices
-    assert "/odd is left out: " in str(notice)
+    assert " /odd: " in str(notice)
 
 
 def guide(prim: Any) -> None:
@@ -282,13 +281,13 @@ def test_a_stage_of_hidden_prims_says_so(tmp_path: Path, hide: Any, word: str) -
     made.DefinePrim("/world", "Xform")
     for name in ("a", "b"):
         hide(square(made, f"/world/{name}").GetPrim())
-    with pytest.raises(raycam.FormatError, match=f"nothing to see; 2 {word} prims are left out"):
+    with pytest.raises(raycam.FormatError, match=f"2 prims .*{word}"):
         load(made)
     other = stage(tmp_path / "b.usda")
     other.DefinePrim("/world", "Xform")
     hide(square(other, "/world/a").GetPrim())
     square(other, "/shown")
-    assert any(f"1 {word} prims are left out" in str(notice) for notice in load(other).notices)
+    assert any("1 prims that are" in str(notice) and word in str(notice) for notice in load(other).notices)
 
 
 @pytest.mark.parametrize("kind", ["materials", "camera", "xform", "look"])
@@ -307,7 +306,7 @@ def test_a_stage_without_any_geometry_is_an_empty_world(tmp_path: Path, kind: st
     world = load(made)
     assert world.bounds is None
     assert list(world.cameras) == (["eye"] if kind == "camera" else [])
-    assert any("nothing to see" in str(notice) for notice in world.notices)
+    assert any("no meshes" in str(notice) for notice in world.notices)
 
 
 @pytest.mark.parametrize("interpolation", ["uniform", "vertex", "faceVarying"])
@@ -359,7 +358,7 @@ def test_faces_that_cannot_be_shown_are_left_out(tmp_path: Path) -> None:
     mesh.GetFaceVertexCountsAttr().Set([4, 2, 1, 3])
     mesh.GetFaceVertexIndicesAttr().Set([0, 1, 2, 3, 0, 1, 2, 0, 1, 4])
     world = load(made)
-    assert any("are left out: 3 of 4" in str(notice) for notice in world.notices), world.notices
+    assert any("3 of 4 faces" in str(notice) for notice in world.notices), world.notices
     corners = np.asarray(world.triangles(0)).reshape(-1, 3, 3)
     sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     np.testing.assert_allclose(np.linalg.norm(sides, axis=1).sum() / 2, 2.0)

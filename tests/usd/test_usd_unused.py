@@ -82,25 +82,25 @@ def unknown(made: Any, _: Path) -> None:
 
 
 def newer(made: Any, _: Path) -> None:
-    made.DefinePrim("/tube", "TetMesh")
+    made.DefinePrim("/tube", "NurbsPatch")
 
 
-CASES: dict[Callable[[Any, Path], None], str] = {
-    profile: "/light: not used: its profile 'a.ies'",
-    focus: "/light: not used: its focus",
-    cone: "/light: not used: its cone",
-    mesh_light: "/world/square: not used: the light that it gives (MeshLightAPI)",
-    diffuse: "/light: not used: its factor of diffuse reflection",
-    shadows: "/light: not used: that it casts no shadows",
-    links: "/light: not used: its links",
-    light_filter: "/light: not used: its filters",
-    ball: "/light: not used: the format mirroredBall of its image",
-    old_words: "/light: not used: intensity in the words before USD 21.05 (now inputs:intensity)",
-    exposure: "/camera: not used: its exposure",
-    no_focus: "/camera: not used: its f-stop, as it has no focusDistance",
-    bounds: "/world: not used: its draw mode bounds",
-    unknown: "1 PxrRectLight prims, of a type that Pixar's library does not know here, are left out",
-    newer: "1 TetMesh prims are left out",
+CASES: dict[Callable[[Any, Path], None], tuple[str, str]] = {
+    profile: ("/light", "a.ies"),
+    focus: ("/light", "focus"),
+    cone: ("/light", "cone"),
+    mesh_light: ("/world/square", "MeshLightAPI"),
+    diffuse: ("/light", "diffuse"),
+    shadows: ("/light", "shadow"),
+    links: ("/light", "links"),
+    light_filter: ("/light", "filters"),
+    ball: ("/light", "mirroredBall"),
+    old_words: ("/light", "inputs:intensity"),
+    exposure: ("/camera", "exposure"),
+    no_focus: ("/camera", "focusDistance"),
+    bounds: ("/world", "bounds"),
+    unknown: ("PxrRectLight", "1 prims"),
+    newer: ("NurbsPatch", "1 "),
 }
 
 
@@ -111,7 +111,7 @@ def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], No
     case(made, tmp_path)
     made.Save()
     (notice,) = raycam.load(tmp_path / "a.usda").notices
-    assert CASES[case] in str(notice)
+    assert all(fact in str(notice) for fact in CASES[case])
 
 
 def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 from raycam.viewer import gate
 
 TOKEN = "a" * 43
+ACCEPTS = TOKEN.__eq__
 OWN = "127.0.0.1:7421"
 
 
@@ -31,7 +32,7 @@ def upgrade(host: str = OWN, **headers: str | list[str]) -> Request:
 
 
 def status(path: str, headers: Request, allowed: tuple[str, ...] = ()) -> int:
-    answer = gate.answer_to(path, headers, TOKEN, allowed)
+    answer = gate.answer_to(path, headers, ACCEPTS, allowed)
     return 101 if answer is None else answer.status
 
 
@@ -162,7 +163,7 @@ def test_the_token_counts_as_a_subprotocol_alone() -> None:
 
 def test_another_protocol_is_told_to_reload() -> None:
     answer = gate.answer_to(
-        gate.SOCKET, upgrade(**{"Sec-WebSocket-Protocol": f"raycam.view.2, token.{TOKEN}"}), TOKEN
+        gate.SOCKET, upgrade(**{"Sec-WebSocket-Protocol": f"raycam.view.2, token.{TOKEN}"}), ACCEPTS
     )
     assert answer is not None
     assert (answer.status, "reload" in answer.text) == (400, True)
@@ -179,14 +180,14 @@ def test_allowed_hosts_are_let_in_by_their_own_origin() -> None:
 @pytest.mark.parametrize("method", ["POST", "PUT", "HEAD", "OPTIONS", "get"])
 def test_other_methods_are_refused(method: str) -> None:
     answers = [
-        gate.answer_to(path, headers(), TOKEN, (), method)
+        gate.answer_to(path, headers(), ACCEPTS, (), method)
         for path, headers in (("/", page), ("/socket", upgrade))
     ]
     assert [answer and answer.status for answer in answers] == [405, 405]
 
 
 def test_the_shell_loads_its_own_files_alone() -> None:
-    answer = gate.answer_to("/", page(), TOKEN)
+    answer = gate.answer_to("/", page(), ACCEPTS)
     assert answer is not None
     assert TOKEN not in answer.text
     assert '<script src="client.js">' in answer.text

@@ -153,7 +153,7 @@ def test_an_opened_file_is_shown_to_its_client_alone(
     first.hear("contents", undo=1)
     assert sessions[1].view.base is small_world
     first.say("open", name="../a.obj")
-    assert "names have letters" in first.hear("error")[0]["text"]
+    assert "file name" in first.hear("error")[0]["text"]
 
 
 def test_the_folder_of_uploads_is_the_users_alone() -> None:

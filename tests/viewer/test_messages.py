@@ -47,6 +47,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "quality": {"integrator": "path"},
     "probe": {"id": 7, "u": 0, "v": 1079},
     "pick": {"u": 0, "v": 1079},
+    "forget": {},
     "explain": {"id": 7, "u": 1919, "v": 0},
     "snapshot": {"format": "png"},
     "copy": {"format": "toml"},

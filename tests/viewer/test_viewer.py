@@ -36,7 +36,7 @@ def page_at(url: str) -> str:
 def test_a_world_is_served_until_it_is_closed(small_world: raycam.World, no_browser: list[str]) -> None:
     viewer = raycam.view(small_world, block=False, browser=True, port=0)
     assert isinstance(viewer, Viewer)
-    assert no_browser == [viewer.url]
+    assert [Path(url.removeprefix("file://")).suffix for url in no_browser] == [".html"]
     assert "raycam" in page_at(viewer.url)
     assert viewer.camera == small_world.default_camera()
     assert viewer.frame() is None
@@ -84,6 +84,7 @@ def test_a_browser_opens_where_the_user_sits(
     found: bool,
     monkeypatch: pytest.MonkeyPatch,
     no_browser: list[str],
+    small_world: raycam.World,
 ) -> None:
     for name in ("SSH_CONNECTION", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
@@ -91,8 +92,18 @@ def test_a_browser_opens_where_the_user_sits(
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(viewing.sys, "platform", platform)
     monkeypatch.setattr("webbrowser.get", lambda: None)
-    assert viewing.open_browser("http://x") == found
-    assert viewing.open_browser("http://x", False) is False
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    with raycam.view(small_world, block=False, browser=False, port=0) as viewer:
+        assert viewing.open_browser(viewer) == found
+        assert viewing.open_browser(viewer, False) is False
+        assert len(opened) == found
+        for url in opened:
+            path = Path(url.removeprefix("file://"))
+            assert viewer._server is not None
+            assert viewer._server.token not in url + path.read_text()
+            assert path.stat().st_mode & 0o777 == 0o600
+    assert not any(Path(url.removeprefix("file://")).exists() for url in opened)
 
 
 # The command ----------------------------------------------------------------------------------------------
@@ -114,9 +125,9 @@ def test_two_saved_frames_become_a_page(
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["w.toml", "--host", "0.0.0.0"], "everyone on the network"),
+        (["w.toml", "--host", "0.0.0.0"], "--host 0.0.0.0"),
         (["w.toml", "--host", "example.org"], "expected an address"),
-        (["w.toml", "b.npz"], "two frames are compared"),
+        (["w.toml", "b.npz"], "cannot be compared with w.toml"),
         (["w.toml", "--integrator", "pth"], "integrator"),
         (["missing.npz"], "missing.npz"),
         (["w.npz"], "no .npz file of raycam"),
@@ -148,7 +159,7 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
         assert url
         assert "<html" in page_at(url[0])
         made.send_signal(2)
-        assert made.wait(PATIENCE) == cli.STOPPED
+        assert made.wait(PATIENCE) == 130
 
 
 def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:

@@ -67,6 +67,8 @@ mod core {
     #[pymodule_export]
     use crate::world::many::render_many;
     #[pymodule_export]
+    use crate::world::polygons::{world_add_polygons, world_from_polygons};
+    #[pymodule_export]
     use crate::world::state::World;
 
     #[pymodule_export]

@@ -16,6 +16,19 @@ pub struct Calibration {
     pub notices: Vec<Notice>,
     /// True if the file has the poses of a body, and its reader has said what became of the mount.
     pub poses_of_body: bool,
+    /// True if the reader has used the caller's direction and axes.
+    pub(crate) used_convention: bool,
+}
+
+/// A count with up to three names: `camera "a"`, `4 cameras ("a", "b", "c" ...)`.
+pub(crate) fn counted<'a>(noun: &str, names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let count = names.len();
+    let shown: Vec<String> = names.take(3).map(|name| format!("{name:?}")).collect();
+    match count {
+        1 => format!("{noun} {}", shown[0]),
+        2 | 3 => format!("{count} {noun}s ({})", shown.join(", ")),
+        _ => format!("{count} {noun}s ({} ...)", shown.join(", ")),
+    }
 }
 
 impl Calibration {

@@ -6,15 +6,19 @@ use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
 use raycam_formats::{Budget, FormatError, Result};
 use raycam_scene::{Notice, NoticeCode};
 
-use crate::calibration_tools::{basalt, camodocal, kalibr, mrcal};
-use crate::datasets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
-use crate::devices::{aria, real_sense, zed};
+use crate::calibration_tools::{anipose, basalt, camodocal, kalibr, mrcal};
+use crate::datasets::{
+    bop_set, cityscapes, coco, euroc_set, kitti_set, nu_scenes, replicator, scannetpp_iphone, tartan_air, vehicles,
+    virtual_kitti,
+};
+use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::{unread, yaml, zip_members};
-use crate::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
+use crate::files::counted;
+use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
-use crate::slam_settings::{orb_slam, vins};
+use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
 use crate::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
-use crate::view_synthesis::{llff, middlebury, mvsnet, neus};
+use crate::view_synthesis::{llff, middlebury, mvsnet, neus, real_estate};
 use crate::{
     Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kitti, open_folder, opencv, plausibility,
     ros,
@@ -69,9 +73,12 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),
     reader("kalibr", kalibr::detect, kalibr::read).written(kalibr::write).with_rigs(),
     reader("ros", ros::detect, ros::read).written(ros::write).in_folders(ros::detect_pair, ros::read_pair),
+    reader("ov2slam", ov2slam::detect, ov2slam::read),
+    reader("ncamera", ncamera::detect, ncamera::read),
     reader("orb-slam", orb_slam::detect, orb_slam::read).written(orb_slam::write).with_rigs(),
     reader("vins", vins::detect, vins::read),
     reader("camodocal", camodocal::detect, camodocal::read).written(camodocal::write),
+    reader("anipose", anipose::detect, anipose::read),
     reader("basalt", basalt::detect, basalt::read),
     reader("mrcal", mrcal::detect, mrcal::read),
     reader("zed", zed::detect, zed::read),
@@ -83,10 +90,12 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("openmvg", open_mvg::detect, open_mvg::read),
     reader("alicevision", alice_vision::detect, alice_vision::read),
     reader("opensfm", open_sfm::detect, open_sfm::read),
+    reader("kapture", kapture::detect, kapture::read).in_folders(kapture::detect_folder, kapture::read_folder),
     reader("middlebury", middlebury::detect, middlebury::read),
     reader("mvsnet", mvsnet::detect, mvsnet::read).in_folders(mvsnet::detect_folder, mvsnet::read_folder),
     reader("neus", neus::detect, neus::read),
     reader("llff", llff::detect, llff::read),
+    reader("realestate10k", real_estate::detect, real_estate::read),
     reader("open3d", open3d::detect, open3d::read),
     reader("polycam", polycam::detect, polycam::read).in_folders(polycam::detect_folder, polycam::read_folder),
     reader("record3d", record3d::detect, record3d::read),
@@ -98,6 +107,7 @@ const FORMATS: &[CalibrationFormat] = &[
         .in_folders(nerf_splits::detect, nerf_splits::read),
     reader("3dgs", splats::detect, splats::read).written(splats::write),
     reader("hot3d", aria::detect, aria::read),
+    reader("aria-mps", aria_mps::detect, aria_mps::read),
     reader("bop", bop::detect, bop::read).written(bop::write).in_folders(bop_set::detect, bop_set::read),
     reader("coco", coco::detect, coco::read),
     reader("euroc", euroc::detect, euroc::read).written(euroc::write).in_folders(euroc_set::detect, euroc_set::read),
@@ -105,6 +115,10 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("nuscenes", nu_scenes::detect, nu_scenes::read).in_folders(nu_scenes::detect_folder, nu_scenes::read_folder),
     reader("replicator", replicator::detect, replicator::read)
         .in_folders(replicator::detect_folder, replicator::read_folder),
+    reader("cityscapes", cityscapes::detect, cityscapes::read),
+    reader("scannetpp-iphone", scannetpp_iphone::detect, scannetpp_iphone::read),
+    reader("virtual-kitti", virtual_kitti::detect, virtual_kitti::read),
+    reader("tartanair", tartan_air::detect, tartan_air::read),
     reader("argoverse", vehicles::detect_argoverse, vehicles::read_argoverse),
     reader("waymo", vehicles::detect_waymo, vehicles::read_waymo),
     reader("opencv", opencv::read::detect, opencv::read::read)
@@ -184,6 +198,7 @@ fn read_folder(
     for found in FORMATS.iter().filter(whole) {
         if let Some((detect, read)) = found.folder
             && detect(&folder, &mut assets)
+            && (found.name != "opencv" || is_opencv_pair(&folder, &mut assets))
         {
             folders.push((found, read));
         }
@@ -246,6 +261,9 @@ fn read_only_file(
             );
             Ok(calibration)
         }
+        several if is_set_of_cameras(several.iter().map(|(source, ..)| source)) => {
+            read_single_cameras(folder, found, known)
+        }
         several => {
             let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let some = several.iter().take(8);
@@ -264,9 +282,63 @@ fn read_only_file(
     }
 }
 
+/// True for a left and a right file that no format before OpenCV's recognises.
+fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
+    let sides = opencv::pair_folder::sides(folder, assets);
+    sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
+}
+
+/// True for files whose names differ only in a number or in left and right: one file for each camera.
+fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
+    let base = |source: &InputFile| {
+        let stem = source.stem().unwrap_or_default().to_lowercase();
+        let sides = stem.replace("left", "").replace("right", "");
+        sides.chars().filter(|c| !c.is_ascii_digit()).collect::<String>()
+    };
+    let bases: Vec<String> = sources.map(base).collect();
+    bases.len() > 1 && bases.iter().all(|name| *name == bases[0])
+}
+
+/// The cameras of a folder with one file for each, with their mounts.
+fn read_single_cameras(
+    folder: &Folder,
+    found: Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>,
+    known: &ReadHints,
+) -> Result<Calibration> {
+    let mut all = Calibration::default();
+    let format = found[0].1;
+    for (source, format, mut inside) in found {
+        let stem = source.stem().unwrap_or_default();
+        let calibration = (format.read)(&source, &mut inside, known)?;
+        let alone = calibration.records.len() == 1;
+        for mut record in calibration.records {
+            record.name = if alone { stem.clone() } else { format!("{stem}/{}", record.name) };
+            if let Some(mount) = &mut record.mount {
+                mount.name.clone_from(&record.name);
+                (mount.rig, mount.frame) = ("rig".into(), "rig".into());
+            }
+            all.records.push(record);
+        }
+        all.notices.extend(calibration.notices.into_iter().map(|notice| notice.in_context(&stem)));
+        all.used_convention |= calibration.used_convention;
+    }
+    let placed = all.records.iter().filter(|record| record.pose.is_some()).count();
+    if placed < all.records.len() {
+        let missing = all.records.iter().filter(|record| record.pose.is_none());
+        let names: Vec<&str> = missing.map(|record| record.name.as_str()).collect();
+        let message =
+            format!("the pose of {} is missing in its file: it is at the origin", counted("camera", names.into_iter()));
+        all.note(NoticeCode::MissingValue, message);
+    }
+    finish(all, format, &folder.path, known)
+}
+
 /// The format of a file, by its bytes and its name.
 fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    if unread::named_format(text).is_some() {
+        return None;
+    }
     FORMATS.iter().find(|format| (format.detect)(source, text))
 }
 
@@ -311,7 +383,7 @@ fn decode_in(
 fn unknown_file(source: &InputFile) -> FormatError {
     let known = format_list();
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    if let Some((name, way)) = unread::name_of(&source.bytes, text) {
+    if let Some((name, way)) = unread::named_format(text).or_else(|| unread::name_of(&source.bytes, text)) {
         return FormatError::unsupported(
             &source.path,
             format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
@@ -357,6 +429,16 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
     })
 }
 
+/// The notice of cameras, by name, whose matrix differs from a rotation by a number.
+fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
+    let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
+    let message = format!(
+        "R of {} differs from a rotation by up to {most:.1e}; the nearest rotation is used",
+        counted("camera", repaired.iter().map(|(name, _)| name.as_str()))
+    );
+    Some(Notice::new(NoticeCode::RepairedRotation, message))
+}
+
 /// Fills in what a file leaves open, and checks its cameras.
 fn finish(
     mut calibration: Calibration,
@@ -369,7 +451,7 @@ fn finish(
         let said = if said.is_empty() { said } else { format!(" ({said})") };
         return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
     }
-    if known.poses.is_some() && !format.open_poses {
+    if known.poses.is_some() && !format.open_poses && !calibration.used_convention {
         return Err(FormatError::whole(
             path,
             format!("read as {}, which states the direction and the axes of its poses: leave them out", format.name),
@@ -387,12 +469,12 @@ fn finish(
         );
     }
     calibration.notices.extend(lend_size(&mut calibration.records, known));
+    let mut repaired = Vec::new();
     for record in &mut calibration.records {
         known.fill_missing(record, path)?;
-        if let Some(notice) = record.orthonormalize() {
-            calibration.notices.push(notice);
-        }
+        repaired.extend(record.orthonormalize().map(|off| (record.name.clone(), off)));
     }
+    calibration.notices.extend(notice_of_repairs(&repaired));
     calibration.notices.extend(plausibility::check_cameras(&calibration.records, path)?);
     calibration.notices = Notice::group(calibration.notices);
     Ok(calibration)

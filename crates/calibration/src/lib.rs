@@ -12,14 +12,14 @@
 //! | `ros` | `ros`: CameraInfo messages and files |
 //! | `kitti` | `kitti`, `kitti-poses` |
 //! | `bop` | `bop` |
-//! | `calibration_tools` | `kalibr`, `camodocal`, `mrcal`, `basalt` |
-//! | `slam_settings` | `orb-slam`, `vins`: settings files of SLAM and odometry programs |
-//! | `devices` | `realsense`, `zed`, `hot3d`: calibrations stored in a device or printed by its SDK |
-//! | `photogrammetry` | `metashape`, `realitycapture`, `realitycapture-xmp`, `bundler`, `openmvg`, `alicevision`, `opensfm` |
-//! | `view_synthesis` | `middlebury`, `mvsnet`, `neus`, `llff`: benchmarks for stereo and view synthesis |
+//! | `calibration_tools` | `kalibr`, `camodocal`, `mrcal`, `basalt`, `anipose` |
+//! | `slam_settings` | `orb-slam`, `ov2slam`, `vins`, `ncamera`: settings files of SLAM and odometry programs |
+//! | `devices` | `realsense`, `zed`, `hot3d`, `aria-mps`: calibrations stored in a device or printed by its SDK |
+//! | `photogrammetry` | `metashape`, `realitycapture`, `realitycapture-xmp`, `bundler`, `openmvg`, `alicevision`, `opensfm`, `kapture` |
+//! | `view_synthesis` | `middlebury`, `mvsnet`, `neus`, `llff`, `realestate10k`: benchmarks for stereo and view synthesis |
 //! | `radiance_fields` | `nerf`, `blender`, `blender-splits`, `3dgs`, `polycam`, `record3d`, `camera-path` |
 //! | `trajectory` | `tum`, `tum-intrinsics`, `euroc`, `poses`, `open3d`, `arkit`, `kitti-360`, `redwood` |
-//! | `datasets` | `coco`, `nuscenes`, `replicator`, `argoverse`, `waymo`, and the folders of BOP, EuRoC and KITTI |
+//! | `datasets` | `coco`, `nuscenes`, `replicator`, `argoverse`, `waymo`, `cityscapes`, `virtual-kitti`, `tartanair`, `scannetpp-iphone`, and the folders of BOP, EuRoC and KITTI |
 //!
 //! The other modules are shared: `document` parses YAML, JSON, XML, INI and NumPy files into one tree, `pose` and
 //! `record` hold the numbers, `plausibility` checks the cameras of every format.

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 use raycam_scene::{Lens, Notice, NoticeCode};
 
 use crate::CameraRecord;
+use crate::files::counted;
 use raycam_formats::{FormatError, Result};
 
 /// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.
@@ -21,9 +22,15 @@ const GRID: u32 = 12;
 /// [`FormatError::Syntax`] for K in units of the picture's size.
 pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<Notice>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut short = Vec::new();
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
-        let (Some(k), Some(size)) = (record.k, record.size) else { continue };
+        // K of a camera matrix P is that of its decomposition.
+        let Ok(k) = record.require_k("") else { continue };
+        if focal_length_of_few_pixels(record, k) {
+            short.push((record.name.as_str(), k.x_axis.x));
+        }
+        let Some(size) = record.size else { continue };
         let [width, height] = size.map(f64::from);
         let (cx, cy) = (k.z_axis.x, k.z_axis.y);
         let normalised = k.x_axis.x.abs() < 10.0 && k.y_axis.y.abs() < 10.0 && cx.abs() < 2.0 && cy.abs() < 2.0;
@@ -31,7 +38,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             return Err(FormatError::whole(
                 path,
                 format!(
-                    "camera {:?}: fx {}, cx {cx} are in units of the picture's size: expected pixels; multiply the first \
+                    "camera {:?}: fx {}, cx {cx} are in units of the image's size; expected pixels: multiply the first \
                      row of K by the width and the second by the height",
                     record.name, k.x_axis.x
                 ),
@@ -58,45 +65,78 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         before = Some((record, share));
         blind.extend(share.filter(|share| *share > 0.5).map(|share| (record, share)));
     }
-    let mut notices = Vec::new();
-    let mut note = |message: String| notices.push(Notice::new(NoticeCode::Implausible, message));
-    if let Some((record, cx, cy)) = outside.first() {
-        note(format!(
-            "the principal point of {} cameras is outside of the picture: camera {:?} has cx {cx:.6}, cy {cy:.6} of {:?}",
-            outside.len(),
-            record.name,
-            record.size.unwrap_or_default()
-        ));
+    let notices = [
+        notice_of_short(&short),
+        notice_of_outside(&outside),
+        notice_of_resolution(&resolution),
+        notice_of_turned(&turned),
+        notice_of_blind(&blind),
+    ];
+    Ok(notices.into_iter().flatten().collect())
+}
+
+fn implausible(message: String) -> Notice {
+    Notice::new(NoticeCode::Implausible, message)
+}
+
+fn notice_of_short(found: &[(&str, f64)]) -> Option<Notice> {
+    let (_, focal) = found.first()?;
+    Some(implausible(format!(
+        "the focal length of {} is only {focal:.6} pixels; expected about the size of the image: is K in other units, or \
+         missing?",
+        counted("camera", found.iter().map(|(name, _)| *name))
+    )))
+}
+
+fn notice_of_outside(found: &[(&CameraRecord, f64, f64)]) -> Option<Notice> {
+    let (record, cx, cy) = found.first()?;
+    let [width, height] = record.size.unwrap_or_default();
+    Some(implausible(format!(
+        "the principal point of {} is outside of the image: cx {cx:.6}, cy {cy:.6} in {width} x {height}",
+        counted("camera", found.iter().map(|(record, ..)| record.name.as_str()))
+    )))
+}
+
+fn notice_of_resolution(found: &[(&CameraRecord, f64, [u32; 2])]) -> Option<Notice> {
+    let (_, ratio, [width, height]) = found.first()?;
+    Some(implausible(format!(
+        "K of {} seems to belong to another resolution: its principal point is in the middle of {:.0} x {:.0}, but the \
+         images are {width} x {height}; if so, give the size that K belongs to, and resize the camera (resized())",
+        counted("camera", found.iter().map(|(record, ..)| record.name.as_str())),
+        f64::from(*width) * ratio,
+        f64::from(*height) * ratio
+    )))
+}
+
+fn notice_of_turned(found: &[(&CameraRecord, [u32; 2])]) -> Option<Notice> {
+    let (_, [width, height]) = found.first()?;
+    Some(implausible(format!(
+        "K of {} seems to belong to the image rotated by 90 degrees: its principal point is in the middle of {height} x \
+         {width}, but the images are {width} x {height}; if so, exchange the width and the height, or fx and fy, cx and cy",
+        counted("camera", found.iter().map(|(record, _)| record.name.as_str()))
+    )))
+}
+
+fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
+    let (record, share) = found.first()?;
+    Some(implausible(format!(
+        "most pixels of {} have no ray ({:.0} % of camera {:?}): the lens does not fit K and the size",
+        counted("camera", found.iter().map(|(record, _)| record.name.as_str())),
+        100.0 * share,
+        record.name
+    )))
+}
+
+/// True if the focal length in pixels is too short for a camera: fewer than 8 pixels, unless the image is as small, or, for
+/// a pinhole, an angle of view of more than 168 degrees.
+fn focal_length_of_few_pixels(record: &CameraRecord, k: DMat3) -> bool {
+    if matches!(record.lens, Lens::Equirectangular | Lens::Cylindrical) {
+        return false;
     }
-    if let Some((record, ratio, [width, height])) = resolution.first() {
-        note(format!(
-            "K of {} cameras seems to be that of another resolution: camera {:?} has its principal point in the middle \
-             of {:.0} x {:.0}, and the pictures are {width} x {height}; if so, give the size that K belongs to and \
-             resize (resized())",
-            resolution.len(),
-            record.name,
-            f64::from(*width) * ratio,
-            f64::from(*height) * ratio
-        ));
-    }
-    if let Some((record, [width, height])) = turned.first() {
-        note(format!(
-            "K of {} cameras seems to be that of the picture turned by a quarter: camera {:?} has its principal point in \
-             the middle of {height} x {width}, and the pictures are {width} x {height}; if so, exchange the size, or fx and \
-             fy, cx and cy",
-            turned.len(),
-            record.name
-        ));
-    }
-    if let Some((record, share)) = blind.first() {
-        note(format!(
-            "most pixels of {} cameras have no ray: {:.0} % of camera {:?}; the lens does not fit K and the size",
-            blind.len(),
-            100.0 * share,
-            record.name
-        ));
-    }
-    Ok(notices)
+    let focal = k.x_axis.x.abs().max(k.y_axis.y.abs());
+    let side = record.size.map(|[width, height]| f64::from(width.max(height)));
+    let pinhole = matches!(record.lens, Lens::Pinhole);
+    focal < 8.0 && side.is_none_or(|side| side > 8.0 * focal) || pinhole && side.is_some_and(|side| focal < 0.05 * side)
 }
 
 /// The share of pixels that no direction is seen in; None for a camera that is none.
@@ -106,6 +146,9 @@ fn share_without_rays(record: &CameraRecord) -> Option<f64> {
     }
     let mut record = record.clone();
     record.pose = None;
+    if record.k.is_none() {
+        return Some(0.0);
+    }
     let camera = record.camera().ok()?;
     let [width, height] = camera.size().map(f64::from);
     let at = |i: u32, side: f64| (f64::from(i) + 0.5) / f64::from(GRID) * side;

@@ -1,6 +1,9 @@
 //! Poses as files have them: a matrix or a quaternion, from world to camera or back.
 
+use std::f64::consts::TAU;
+
 use glam::{DMat3, DQuat, DVec3};
+use raycam_scene::camera::nearest_rotation;
 
 /// The rotation of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +29,26 @@ impl Rotation {
             ));
         }
         Ok(Self::Quaternion(quaternion))
+    }
+
+    /// From a rotation vector in radians: its direction is the axis, its length the angle.
+    ///
+    /// # Errors
+    /// A vector longer than 2 pi: its numbers are degrees or angles.
+    pub(crate) fn from_vector([x, y, z]: [f64; 3]) -> Result<Self, String> {
+        let length = DVec3::new(x, y, z).length();
+        if !length.is_finite() {
+            return Err(format!("[{x}, {y}, {z}]: expected finite numbers"));
+        }
+        if length > TAU + 1e-9 {
+            return Err(format!(
+                "[{x}, {y}, {z}] is {length:.6} long, and a rotation vector (axis times angle, in radians) has at most 2 \
+                 pi: write a rotation vector in radians (numpy.radians([{x}, {y}, {z}]) if these are degrees), or, for \
+                 angles about the axes, the 3x3 matrix (scipy.spatial.transform.Rotation.from_euler(\"xyz\", [{x}, {y}, \
+                 {z}], degrees=True).as_matrix(), with the order of your axes)"
+            ));
+        }
+        Ok(Self::Matrix(DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(x, y, z)))))
     }
 
     /// As a matrix.
@@ -129,28 +152,27 @@ impl Pose {
     /// t') + t.
     pub fn compose(&self, body: &Pose) -> Self {
         let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
-        let (r, r2) = (r.matrix(), r2.matrix());
+        // Errors of rounded matrices would multiply.
+        let nearest = |r: DMat3| nearest_rotation(r).map_or(r, |(rotation, _)| rotation);
+        let (r, r2) = (nearest(r.matrix()), nearest(r2.matrix()));
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
-    /// Replaces a matrix that differs from a rotation by 1e-6 to 1e-3 by the nearest rotation, and returns the
-    /// difference.
+    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference of an entry if
+    /// it exceeds the rounding of float32.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else { return None };
-        let off = |m: DMat3| {
-            let e = m * m.transpose() - DMat3::IDENTITY;
-            e.to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()))
-        };
-        let given = off(matrix);
-        if !(1e-6 < given && given < 1e-3) {
+        let (rotation, off) = nearest_rotation(matrix).ok()?;
+        if off <= UNREPORTED_DIFFERENCE {
             return None;
         }
-        // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
-        let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
-        self.rotation = Rotation::Matrix(step(step(step(step(matrix)))));
-        Some(given)
+        self.rotation = Rotation::Matrix(rotation);
+        Some(off)
     }
 }
+
+/// Largest difference between a matrix and a rotation that remains as written in the file.
+const UNREPORTED_DIFFERENCE: f64 = 1e-7;
 
 /// The quaternion with length 1; unchanged where it has that nearly.
 pub(crate) fn normalized(quaternion: [f64; 4]) -> [f64; 4] {

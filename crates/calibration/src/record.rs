@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
-use raycam_scene::{Camera, Lens, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{Camera, Lens, PixelCenter};
 
 use crate::Pose;
 use crate::rig_mount::RigMount;
@@ -165,10 +165,10 @@ impl CameraRecord {
         }
     }
 
-    /// Replaces a matrix that is nearly a rotation by the nearest one, and returns a notice.
-    pub(crate) fn orthonormalize(&mut self) -> Option<Notice> {
-        let off = self.pose.as_mut()?.orthonormalize()?;
-        let message = format!("R differs from a rotation by {off:.1e}; the nearest rotation is used");
-        Some(Notice::about(NoticeCode::RepairedRotation, format!("camera {:?}", self.name), message))
+    /// Replaces matrices of the pose and of the mount that are nearly rotations by the nearest ones; returns the largest
+    /// difference of an entry.
+    pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
+        let mount = self.mount.iter_mut().flat_map(|mount| [&mut mount.camera, &mut mount.body]);
+        self.pose.iter_mut().chain(mount).filter_map(Pose::orthonormalize).reduce(f64::max)
     }
 }

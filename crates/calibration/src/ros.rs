@@ -155,7 +155,18 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         .map_or_else(|| Ok(source.stem().unwrap_or_else(|| "camera".into())), |at| at.word().map(str::to_owned))?;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let mut size = [either(&["image_width", "width"])?.count()?, either(&["image_height", "height"])?.count()?];
-    let mut k = either(&["camera_matrix", "K", "k"])?.matrix3()?;
+    let at_k = either(&["camera_matrix", "K", "k"])?;
+    let mut k = at_k.matrix3()?;
+    if k == DMat3::ZERO {
+        let p = root.any(&["projection_matrix", "P", "p"]).and_then(|at| at.array::<12>().ok());
+        return Err(at_k.fail(match p.filter(|p| *p != [0.0; 12]) {
+            Some(_) => {
+                "all 0: the raw camera is not calibrated, only projection_matrix (P) of the rectified one is given; for the \
+                 rectified camera, write the first three columns of P as K and 0 as D"
+            }
+            None => "all 0: the camera is not calibrated (ROS publishes this before the calibration)",
+        }));
+    }
     let distortion = root.any(&["distortion_coefficients", "D", "d"]);
     let d = distortion.as_ref().map_or(Ok(vec![]), Cursor::numbers)?;
     let model = match root.get("distortion_model") {

@@ -1,15 +1,20 @@
 //! Worlds as bytes for other processes and machines: everything that pictures are made from, exactly.
 //!
-//! A line that says what it is and which version wrote it, then the world in [MessagePack](https://msgpack.org). The same
-//! world gives the same bytes, wherever its files were: their hash names the world. Another version of raycam may have
-//! other worlds, so it reads only its own.
+//! The first line names the format and the version of raycam; the world follows in [MessagePack](https://msgpack.org).
+//! Images are stored as the files that they were read from, if these are shorter than the texels. The same world gives
+//! the same bytes, wherever its files were: their hash identifies the world. Each version of raycam reads only its own.
 
+use std::collections::HashMap;
+use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 
-use raycam_scene::{TextureCache, World};
+use raycam_scene::{FileRef, Image, Light, Texture, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
+use crate::image::decode_image;
+use crate::image::decoder::ColorUse;
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -21,13 +26,73 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// bytes hold all of them.
 pub fn write(world: &World) -> Result<Vec<u8>> {
     world.check_textures_in_memory()?;
-    let mut bytes = format!("{MAGIC}{VERSION}\n").into_bytes();
     let world = World { notices: Vec::new(), ..world.clone() };
-    // By name, since some fields are left out where they say nothing.
-    let mut writer = rmp_serde::Serializer::new(&mut bytes).with_struct_map();
-    serde::Serialize::serialize(&world, &mut writer)
-        .map_err(|error| FormatError::encode(format!("this world cannot be written: {error}")))?;
+    let mut count = ByteCount(0);
+    serialize(&world, &mut count)?;
+    let mut bytes = Vec::new();
+    // A vector that grows ends the process when memory runs out.
+    bytes.try_reserve_exact(count.0).map_err(|_| {
+        FormatError::encode(format!("this world cannot be written: it needs {} bytes of memory", count.0))
+    })?;
+    serialize(&world, &mut bytes)?;
     Ok(bytes)
+}
+
+fn serialize(world: &World, mut to: impl Write) -> Result<()> {
+    let failed = |error: &dyn std::fmt::Display| FormatError::encode(format!("this world cannot be written: {error}"));
+    writeln!(to, "{MAGIC}{VERSION}").map_err(|error| failed(&error))?;
+    // By name, since some fields are left out where they say nothing.
+    let mut writer = rmp_serde::Serializer::new(to).with_struct_map();
+    serde::Serialize::serialize(world, &mut writer).map_err(|error| failed(&error))
+}
+
+/// Counts the bytes that are written to it.
+struct ByteCount(usize);
+
+impl Write for ByteCount {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Decodes the images whose files the bytes of a world hold; textures that shared an image still do.
+fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<()> {
+    let mut known: HashMap<*const Image, Arc<Image>> = HashMap::new();
+    let mut decoded = |image: &Arc<Image>| -> Result<Option<Arc<Image>>> {
+        let Some(encoded) = image.encoded.as_ref().filter(|_| image.texels.is_empty()) else { return Ok(None) };
+        if let Some(known) = known.get(&Arc::as_ptr(image)) {
+            return Ok(Some(known.clone()));
+        }
+        let color_use = if encoded.is_data { ColorUse::Data } else { ColorUse::Color };
+        let name = Path::new(&image.name);
+        let found = decode_image(&encoded.bytes.0, name, color_use, budget, &mut Vec::new())?;
+        if found.size != image.size {
+            let message =
+                format!("damaged: image {:?} has {:?} pixels; expected {:?}", image.name, found.size, image.size);
+            return Err(FormatError::whole(path, message));
+        }
+        let found = Arc::new(Image { name: image.name.clone(), ..found });
+        known.insert(Arc::as_ptr(image), found.clone());
+        Ok(Some(found))
+    };
+    for texture in &mut world.textures {
+        if let Some(image) = decoded(&texture.image)? {
+            *texture = Arc::new(Texture { image, sampler: texture.sampler });
+        }
+    }
+    for light in &mut world.lights {
+        if let Light::Environment { image: FileRef { content: Some(image), .. }, .. } = light
+            && let Some(found) = decoded(image)?
+        {
+            *image = found;
+        }
+    }
+    Ok(())
 }
 
 /// The world in the bytes of a file called `path` in errors, checked as one that is built by hand.
@@ -48,8 +113,9 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);
-    let world: World =
+    let mut world: World =
         serde::Deserialize::deserialize(&mut reader).map_err(|error| wrong(format!("damaged: {error}")))?;
+    decode_images(&mut world, path, &mut budget)?;
     let bounded = |world: World| match budget.texture_memory {
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),
         None => Ok(world),

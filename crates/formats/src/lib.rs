@@ -13,6 +13,7 @@
 //! obj ply stl off ies  one format each
 //! gltf                 json ← document ← mesh ← world; writer
 //! world_file, bundle   TOML; exact copies for other processes
+//! polygon_arrays       meshes and objects from another process
 //! registry             the table of loadable formats
 //! asset_loader         files that a description names
 //! encode               PNG, EXR, HDR, masks
@@ -35,6 +36,7 @@ pub mod io;
 mod obj;
 mod off;
 mod ply;
+pub mod polygon_arrays;
 mod registry;
 mod stl;
 pub mod world_file;

@@ -326,7 +326,7 @@ impl OffColors {
         if largest > 255.0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: colours of {what} up to {largest}, expected 0..=255: ignored"),
+                format!("{shown}: colours of {what} up to {largest}, expected 0 to 255: ignored"),
             ));
             return None;
         }
@@ -340,7 +340,7 @@ impl OffColors {
         if bytes && self.fractions {
             notices.push(Notice::new(
                 NoticeCode::AssumedConvention,
-                format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0..=255"),
+                format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0 to 255"),
             ));
         } else if largest > 1.0 && !bytes {
             notices.push(Notice::new(

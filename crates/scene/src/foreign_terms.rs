@@ -59,7 +59,7 @@ const CAMERA_SIZE: &str =
 pub const FOREIGN_TERMS: &[ForeignTerm] = &[
     // Types of lights.
     term(Schema, &["directional", "distant"], &["sun"]),
-    term(Schema, &["omni", "lamp", "bulb"], &["point"]),
+    term(Schema, &["omni", "lamp"], &["point"]),
     term(Schema, &["hdri", "envmap", "dome"], &["environment"]),
     term(Schema, &["infinite"], &["environment", "sky"]),
     term(Schema, &["background"], &["sky", "light"]),
@@ -165,7 +165,7 @@ pub const FOREIGN_TERMS: &[ForeignTerm] = &[
     term(Camera, &["fx", "fy", "cx", "cy", "focal", "focal_length"], &["camera.K, [[fx, skew, cx], [0, fy, cy], ...]"]),
     term(Camera, &["fov", "yfov", "hfov"], &["camera.K; raycam.Camera.look_at(..., fov=degrees) creates a camera"]),
     term(Camera, &["dist", "dist_coeffs", "D", "coeffs"], &["camera.distortion"]),
-    term(Camera, &["pose", "extrinsics", "transform", "T", "world_to_camera"],
+    term(Camera, &["extrinsics", "transform", "T", "world_to_camera"],
         &["camera.R (camera_from_world), camera.C"]),
     term(Camera, &["position", "eye", "origin"], &["camera.location"]),
     term(Camera, &["set_pose", "move_to"], &["camera.at_pose(R, C), which returns another camera"]),

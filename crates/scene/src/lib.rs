@@ -63,7 +63,9 @@ pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
 pub use notice::{Notice, NoticeCode};
-pub use texture::{Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap};
+pub use texture::{
+    ByteString, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap,
+};
 pub use up::Up;
 pub use video::Video;
 pub use world::{Object, World};

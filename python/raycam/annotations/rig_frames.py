@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import several, word
 from ..render import channel_names, render
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..rig import Rig
 from ..world import World
@@ -38,8 +39,8 @@ def render_rig(
         found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
     plain = channel_names("all" if names == ["all"] else names or ["depth"])
     frames = {}
-    for name, camera in rig.items():
-        frame = render(world, camera, channels=plain, **options)
+    for index, (name, camera) in enumerate(rig.items()):
+        frame = render(world, camera, channels=plain, **with_camera_seed(options, index))
         planes = {key: frame[key] for key in frame if names}
         if name in found:
             x, y, width, height = frame.region

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats, floats, one_of, size_of
-from ..errors import CameraError, nearest
+from ..errors import CameraError, Notice, nearest
+from ..notices import warn
 
 PixelCenter = Literal["integer", "half"]
 Up = Literal["z", "y"]
@@ -105,6 +106,14 @@ def make(constructor: str, *args: Any) -> _core.Camera:
     make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera
     made: _core.Camera = make(*numbers, size_of(size, error=CameraError), pixel_center)
     return made
+
+
+def report_nearest_rotation(given: npt.NDArray[np.float64], made: _core.Camera) -> None:
+    """Warns if the camera's R differs from the given matrix by more than the rounding of float32."""
+    off = float(np.abs(np.asarray(made.r) - given).max())
+    if off > 1e-7:
+        text = f"R differs from a rotation by up to {off:.1e}; the nearest rotation is used"
+        warn(Notice(text, "repaired_rotation"))
 
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:

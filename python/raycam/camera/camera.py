@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..errors import CameraError
 from ..io.html_form import html_table
 from ..io.other_names import no_attribute
-from ._arguments import Model, PixelCenter, Size, Up, lens_of, make, matrix, vector
+from ._arguments import Model, PixelCenter, Size, Up, lens_of, make, matrix, report_nearest_rotation, vector
 from ._constructors import Constructors
 from ._copies import Copies
 from ._geometry import refuse_other_types
@@ -52,6 +52,9 @@ class Camera(Constructors, Copies):
     as far as the model is one-to-one, which may reach behind the camera; `valid` tells which pixels that are. Pixels
     beyond have no ray (NaN) and show the background. Points beyond have no pixel (NaN) and are not visible.
 
+    A matrix R that differs from a rotation by at most 1e-3 in an entry is converted to the nearest rotation, with a
+    notice.
+
     Raises `CameraError` if K has another form, R is not a rotation (with the deviation), a number is not finite, the
     size is 0 or exceeds 65536 per side or 2^28 pixels, or the number of coefficients does not fit the lens.
 
@@ -80,7 +83,9 @@ class Camera(Constructors, Copies):
             if k[0, 1] != 0.0:
                 raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
             k[0, 1] = skew
-        made = make("", k.tolist(), matrix("R", R).tolist(), vector("C", C), size, pixel_center)
+        r = matrix("R", R)
+        made = make("", k.tolist(), r.tolist(), vector("C", C), size, pixel_center)
+        report_nearest_rotation(r, made)
         self._set(made, up, lens_of(distortion, model))
 
     def sample(

@@ -30,6 +30,7 @@ from . import (
     doctor,
     explain,
     info,
+    learn,
     render,
     selfcheck,
     status,
@@ -37,7 +38,7 @@ from . import (
     view,
 )
 from .options.command import option_names
-from .options.messages import add_verbosity, is_verbose, reset_messages, set_verbosity
+from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
 
 __all__ = ["COMMANDS", "main"]
 
@@ -55,6 +56,7 @@ COMMANDS = {
     "doctor": doctor.COMMAND,
     "bench": bench.COMMAND,
     "demo": demo.COMMAND,
+    "learn": learn.COMMAND,
     "completion": completion.COMMAND,
 }
 """The commands by name, in the order of the help."""
@@ -119,7 +121,7 @@ def _main(words: Sequence[str]) -> int:
     except (Error, ValueError, OSError, MemoryError) as error:
         if is_verbose():
             traceback.print_exc()
-        print(f"raycam: error: {_message(error)}", file=sys.stderr)
+        print(f"raycam: error: {as_typed(_message(error))}", file=sys.stderr)
         return 2 if isinstance(error, SettingsError) else 1
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+import signal
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,6 +68,13 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="additional host name under which a proxy serves the viewer; may be repeated",
     )
     command.add_argument(
+        "--proxy",
+        metavar="ADDRESS",
+        action="append",
+        default=[],
+        help="address of a proxy whose X-Forwarded-Host header is accepted; may be repeated",
+    )
+    command.add_argument(
         "--no-browser", action="store_true", help="print the address instead of opening a browser"
     )
     command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
@@ -126,6 +135,7 @@ def _view_world(options: argparse.Namespace) -> None:
     from ..viewer.viewer import Viewer, open_browser
 
     _check_host(options)
+    _end_on_signals()
     give_memory_back()
     world = load_world(options)
     own = set(world.cameras)
@@ -140,6 +150,7 @@ def _view_world(options: argparse.Namespace) -> None:
         host=options.host,
         port=options.port,
         allow_hosts=options.allow_host,
+        proxies=options.proxy,
         threads=options.threads,
         edit=not options.no_edit,
         follow=options.follow,
@@ -156,12 +167,26 @@ def _view_world(options: argparse.Namespace) -> None:
         },
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
-        if not open_browser(viewer.url, False if options.no_browser else None):
+        for url in viewer.urls[1:]:
+            print(f"             {url}", flush=True)
+        if not open_browser(viewer, False if options.no_browser else None) and len(viewer.urls) == 1:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(
                 f"from another machine: run ssh -L {port}:127.0.0.1:{port} HOST, then open the same address"
             )
         viewer.wait(exit_when_closed=options.exit_when_closed)
+
+
+def _end_on_signals() -> None:
+    """Ends the view on SIGTERM and SIGHUP as on Ctrl-C: pages are notified, and dropped files are removed."""
+
+    def stop(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), stop)
 
 
 def _add_cameras(world: World, options: argparse.Namespace) -> None:

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .pools import ExecutorPool, InProcessPool, make_pool
 
-    pool_of = make_pool
-
-__all__ = ["ExecutorPool", "InProcessPool", "make_pool", "pool_of"]
+__all__ = ["ExecutorPool", "InProcessPool", "make_pool"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports the public names on first use; `pool_of` is the former name of `make_pool`, kept for one release."""
+    """Imports the public names on first use."""
     if name in __all__:
         from . import pools
 
-        return getattr(pools, "make_pool" if name == "pool_of" else name)
+        return getattr(pools, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -123,10 +123,58 @@ class RayMeshIntersector:
 def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
     """The closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
 
-    As `trimesh.proximity.closest_point`; of triangles at equal distance the first is named.
+    As `trimesh.proximity.closest_point`: of triangles at equal distance, the one that faces the point most is returned.
     """
-    found = _world_for(mesh).closest_points(_points(points))
-    return found["position"], found["distance"], found["triangle"].astype(np.int64)
+    queries = _points(points)
+    found = _world_for(mesh).closest_points(queries)
+    position, triangle = found["position"], found["triangle"].astype(np.int64)
+    return position, found["distance"], _choose_facing(mesh, queries - position, position, triangle)
+
+
+def _choose_facing(mesh: Any, away: Floats, position: Floats, triangle: Ids) -> Ids:
+    """Of all triangles that meet at each closest point, the one whose normal is closest to the direction `away`."""
+    corners = np.asarray(mesh.triangles, float)
+    if not len(corners) or not len(triangle):
+        return triangle
+    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertex = vertex.reshape(-1, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = normals / np.where(lengths > 0, lengths, 1)
+    # The corners of which a closest point is made: one at a vertex, two on an edge.
+    own = corners[triangle]
+    opposite = np.cross(
+        np.roll(own, -2, axis=1) - np.roll(own, -1, axis=1), position[:, None] - np.roll(own, -1, axis=1)
+    )
+    shares = np.einsum("nki,ni->nk", opposite, normals[triangle])
+    shares = shares / np.where(lengths[triangle] > 0, lengths[triangle], 1)
+    tied = np.flatnonzero((shares < MERGE_TOLERANCE).any(axis=1))
+    if not len(tied):
+        return triangle
+    faces_of = np.argsort(vertex.ravel(), kind="stable")
+    counts = np.bincount(vertex.ravel())
+    starts = np.cumsum(counts) - counts
+    order = np.argsort(shares[tied], axis=1)
+    main = vertex[triangle[tied], order[:, 2]]
+    second = np.where(
+        np.take_along_axis(shares[tied], order[:, 1:2], axis=1)[:, 0] < MERGE_TOLERANCE,
+        main,
+        vertex[triangle[tied], order[:, 1]],
+    )
+    count = counts[main]
+    query = np.repeat(np.arange(len(tied)), count)
+    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    candidate = faces_of[starts[main][query] + place] // 3
+    meets = (vertex[candidate] == second[query, None]).any(axis=1)
+    query, candidate = query[meets], candidate[meets]
+    facing = np.einsum("ni,ni->n", normals[candidate], away[tied][query])
+    # The largest first, and the found triangle first among equal ones.
+    is_found = candidate == triangle[tied][query]
+    best = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
+    first = best[np.unique(query[best], return_index=True)[1]]
+    chosen = triangle.copy()
+    chosen[tied[query[first]]] = candidate[first]
+    return chosen
 
 
 def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:

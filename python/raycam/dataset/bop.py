@@ -10,7 +10,8 @@ import numpy as np
 from ..annotations.labels import Label, Region
 from ..arguments import product
 from ..camera import Camera
-from ..errors import CameraError
+from ..errors import CameraError, SettingsError, nearest
+from ..notices import warn_all
 from .bop_models import MILLIMETRES, ModelCatalogue, models, scene
 from .coco import segmentation
 from .lost import DEPTH_SCALES, check_depth_scale, depth_units
@@ -19,7 +20,7 @@ from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_int
 
 __all__ = ["FORMAT"]
 
-OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None}
+OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None, "model_ids": None}
 SEEN = 0.1
 """The minimum visible fraction of an object that the BOP evaluation counts."""
 
@@ -32,26 +33,44 @@ def check(plan: Plan) -> None:
                 f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}"
             )
     check_depth_scale(plan.options["depth_scale"])
+    given = plan.options["model_ids"]
+    if given is None:
+        return
+    if not isinstance(given, Mapping) or not all(
+        isinstance(name, str) and isinstance(number, int) and number > 0 for name, number in given.items()
+    ):
+        raise SettingsError(
+            f'model_ids must map categories or object names to whole numbers from 1, as {{"mug": 5}}; got {given!r}'
+        )
+    if len(set(given.values())) < len(given):
+        raise SettingsError(f"model_ids has the same id for two names: {dict(given)}")
+    known = set(plan.categories.values()) | {item.name for item in plan.objects}
+    for name in given:
+        if name not in known:
+            raise SettingsError(nearest("category or object in model_ids", name, sorted(known)))
 
 
 def make(plan: Plan, number: int) -> Made:
     """Makes colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
     world, number = in_world(plan, number)
     shot = scene(plan, world).shot(number)
-    of_object = models(shot.plan).of_object
+    own = models(shot.plan)
     frame = shot.render(["color", "depth", "instance"])
     base = base_of(plan, world)
     depth, scale, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     made = {f"{base}/rgb/{number:06d}.png": frame.to_png(), f"{base}/depth/{number:06d}.png": png(depth)}
     poses, info, coco = [], [], []
+    known: Record = {}
     for place, item in enumerate(shot.labels(frame["instance"])):
         amodal = item.in_picture(item.amodal_mask)
         mask = f"{number:06d}_{place:06d}.png"
         made[f"{base}/mask/{mask}"] = png(amodal.astype(np.uint8) * 255)
         made[f"{base}/mask_visib/{mask}"] = png(item.in_picture(item.visible_mask).astype(np.uint8) * 255)
+        model = own.of_object[item.object]
+        known.setdefault(str(model), own.record_of(shot.plan, item.object))
         if item.visible_pixels:
-            coco.append(annotation(item, of_object[item.object]))
-        poses.append(pose(shot, item, of_object[item.object]))
+            coco.append(annotation(item, model))
+        poses.append(pose(shot, item, model))
         info.append(
             {
                 "bbox_obj": box(item.amodal_box if item.visible_pixels else None),
@@ -73,6 +92,7 @@ def make(plan: Plan, number: int) -> Made:
         "gt": poses,
         "gt_info": info,
         "coco": coco,
+        **({} if plan.recipe is None else {"models": known}),
         "size": shot.camera.size,
         **loss,
     }
@@ -124,7 +144,8 @@ def base_of(plan: Plan, world: int) -> str:
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
     """Makes the JSON files of the scenes, one for each world, and of the models, and the models."""
-    catalogue = ModelCatalogue(plan)
+    catalogue = ModelCatalogue(plan, records())
+    warn_all(catalogue.notices)
     views = len(plan.shots) // len(catalogue.ids)
     for world, ids in enumerate(catalogue.ids):
 
@@ -134,8 +155,14 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
         base = base_of(plan, world)
         for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
             yield f"{base}/{name}.json", rows(own, key, ids)
-        yield f"{base}/scene_gt_coco.json", coco_rows(own, ids, catalogue.all, modal=False)
-        yield f"{base}/scene_gt_coco_modal.json", coco_rows(own, ids, catalogue.all, modal=True)
+        yield (
+            f"{base}/scene_gt_coco.json",
+            coco_rows(own, ids, [one.id for one in catalogue.all], modal=False),
+        )
+        yield (
+            f"{base}/scene_gt_coco_modal.json",
+            coco_rows(own, ids, [one.id for one in catalogue.all], modal=True),
+        )
     first = plan.shots[0].camera
     yield "camera.json", [json.dumps(camera_json(first), indent=2).encode()]
     information = {}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -10,37 +12,80 @@ import numpy as np
 
 from ..annotations.labels import box3d
 from ..arguments import Floats, lengths, product
-from .per_world import part, world_count
+from ..errors import Notice
+from .per_world import in_world, part, world_count
 from .plan import Plan, Record
 
 __all__ = ["MILLIMETRES", "ModelCatalogue", "models"]
 
 MILLIMETRES = 1000.0
-MANY = 20_000
-PAIRS = 32_768
+MAX_EXACT_VERTICES = 20_000
+"""Vertices up to which a model's diameter is exact."""
+MAX_PAIRS = 32_768
 """Pairs of vertices that are compared at a time, which bounds the memory."""
-ALIKE = 1e-7
-"""Tolerance for equal shapes in different worlds, as a fraction of their size: vertices are transformed back from the
-world, with rounding."""
+SHAPE_TOLERANCE = 1e-7
+"""Tolerance for equal shapes, as a fraction of their size: vertices come back from world space."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape in model space, independent of where its mesh was loaded from."""
+
+    triangles: int
+    """The number of triangles."""
+    size: float
+    """The root mean square of the vertices' coordinates, millimetres."""
+    moments: tuple[float, ...]
+    """Moments and three vertices of the shape, divided by its size."""
+
+    def equals(self, other: Shape) -> bool:
+        """True if both are the same shape of the same size, up to rounding."""
+        return (
+            self.triangles == other.triangles
+            and abs(self.size / other.size - 1) <= SHAPE_TOLERANCE
+            and max(abs(a - b) for a, b in zip(self.moments, other.moments, strict=True)) <= SHAPE_TOLERANCE
+        )
 
 
 class Models:
-    """The distinct shapes among the labelled objects: the same mesh with the same scale is the same model."""
+    """The distinct shapes among the labelled objects of one world."""
 
     def __init__(self, plan: Plan) -> None:
         self.of_object: dict[int, int] = {}
-        """The BOP id of each object, from 1."""
-        self.vertices: dict[int, tuple[Floats, Floats]] = {}
-        """The vertices [n, 3] in millimetres and triangles [m, 3] of each model."""
+        """The number of each object's shape, from 0, in the order of the objects."""
+        self.shapes: list[Shape] = []
+        """The shapes."""
+        self.first: list[int] = []
+        """The first object of each shape."""
         known: dict[tuple[int, bytes], int] = {}
         for number in plan.labelled:
             item = plan.objects[number]
             shape = product(box3d(plan.world, number).rotation.T, item.matrix[:3, :3])
             size = np.abs(shape).max()
+            # Objects that share a mesh and a scale need not be compared.
             key = (item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
-            self.of_object[number] = known.setdefault(key, len(known) + 1)
-        self.first = {model: number for number, model in reversed(self.of_object.items())}
-        """The first object of each model."""
+            if key not in known:
+                known[key] = self._number_of(measure_shape(plan, number), number)
+            self.of_object[number] = known[key]
+
+    def _number_of(self, shape: Shape, number: int) -> int:
+        for model, other in enumerate(self.shapes):
+            if shape.equals(other):
+                return model
+        self.shapes.append(shape)
+        self.first.append(number)
+        return len(self.shapes) - 1
+
+    def record_of(self, plan: Plan, number: int) -> Record:
+        """The part of a view's record that identifies the model of an object, plain JSON."""
+        model = self.of_object[number]
+        shape, item = self.shapes[model], plan.objects[number]
+        return {
+            "shape": [shape.triangles, shape.size, list(shape.moments)],
+            "category": item.category,
+            "name": item.name,
+            "object": self.first[model],
+        }
 
 
 _models: WeakKeyDictionary[Plan, Models] = WeakKeyDictionary()
@@ -53,54 +98,115 @@ def models(plan: Plan) -> Models:
     return _models[plan]
 
 
-Known = dict[int, list[tuple[float, Floats, int]]]
-"""Models by their number of triangles: size, fingerprint of the shape, and id."""
+@dataclass
+class Model:
+    """A model of a data set."""
+
+    shape: Shape
+    categories: set[str]
+    """The categories of its objects."""
+    names: set[str]
+    """The names of its objects."""
+    world: int
+    """The first world in which it occurs."""
+    object: int
+    """Its first object in that world."""
+    id: int = 0
+    """The BOP id, from 1."""
 
 
 class ModelCatalogue:
-    """The models of all worlds of a data set, each shape once."""
+    """The models of all worlds of a data set, each shape once, with ids that do not depend on the order of objects.
 
-    def __init__(self, plan: Plan) -> None:
-        self.ids: list[dict[int, int]] = []
-        """For each world, the ids in the data set, from 1, by the ids in the world."""
-        self._first: dict[int, tuple[int, int]] = {}
-        known: Known = {}
-        for world in range(world_count(plan)):
-            own = scene(plan, world)
-            ids: dict[int, int] = {}
-            for model, number in sorted(models(own).first.items()):
-                ids[model] = model if plan.recipe is None else self._like(own, number, known)
-                self._first.setdefault(ids[model], (world, number))
-            self.ids.append(ids)
+    The id of a model is, in this order: the id that the option `model_ids` gives to its category or object; the number
+    of its category, if the category is a whole number; a free id from 1, by category and size.
+    """
 
-    @property
-    def all(self) -> list[int]:
-        """The ids of all models."""
-        return sorted(self._first)
+    def __init__(self, plan: Plan, records: Iterable[Record]) -> None:
+        self.ids: list[dict[int, int]] = [{} for _ in range(world_count(plan))]
+        """For each world, the ids in the data set by the numbers of the shapes in the world."""
+        self.all: list[Model] = []
+        """The models, by id."""
+        self.notices: list[Notice] = []
+        """Notices about ids that could not be those of categories."""
+        pairs: list[dict[int, Model]] = [{} for _ in self.ids]
+        if plan.recipe is None:
+            own = models(plan)
+            for number, model in own.of_object.items():
+                self._add(own.record_of(plan, number), 0, model, pairs[0])
+        else:
+            for number, record in enumerate(records):
+                world, _ = in_world(plan, number)
+                for model, found in record["models"].items():
+                    self._add(found, world, int(model), pairs[world])
+        self._set_ids(plan.options["model_ids"] or {})
+        for ids, found in zip(self.ids, pairs, strict=True):
+            ids.update({number: model.id for number, model in found.items()})
 
-    def _like(self, own: Plan, number: int, known: Known) -> int:
-        """The id of the model with the shape of an object, or the next free id for a new shape."""
-        count, size, found = fingerprint(own, number)
-        alike = known.setdefault(count, [])
-        for other_size, other, model in alike:
-            if abs(size / other_size - 1) <= ALIKE and np.abs(found - other).max() <= ALIKE:
-                return model
-        alike.append((size, found, sum(map(len, known.values())) + 1))
-        return alike[-1][2]
+    def _add(self, found: Record, world: int, number: int, known: dict[int, Model]) -> None:
+        triangles, size, moments = found["shape"]
+        shape = Shape(triangles, size, tuple(moments))
+        model = known.get(number) or next((one for one in self.all if one.shape.equals(shape)), None)
+        if model is None:
+            model = Model(shape, set(), set(), world, found["object"])
+            self.all.append(model)
+        if found["category"] is not None:
+            model.categories.add(found["category"])
+        model.names.add(found["name"])
+        known[number] = model
+
+    def _set_ids(self, given: Mapping[str, int]) -> None:
+        self.all.sort(key=_order_of)
+        taken: dict[int, Model] = {}
+
+        def wanted(model: Model) -> Iterator[int]:
+            yield from (
+                given[name] for name in (*sorted(model.names), *sorted(model.categories)) if name in given
+            )
+            yield from (int(name) for name in sorted(model.categories) if name.isdigit() and int(name) > 0)
+
+        rest = []
+        for model in self.all:
+            numbers = list(wanted(model))
+            free = next((number for number in numbers if number not in taken), None)
+            if free is None:
+                rest.append((model, numbers))
+            else:
+                taken[free] = model
+        unused = (number for number in count(1) if number not in taken)
+        for model, numbers in rest:
+            number = next(unused)
+            taken[number] = model
+            if numbers:
+                text = (
+                    f"bop: category {sorted(model.categories)[0]} has more than one shape; obj_id {numbers[0]} is the "
+                    f"first of them, and another one has obj_id {number}: give each shape its own category, or use "
+                    "model_ids"
+                )
+                self.notices.append(Notice(text, "duplicate_name"))
+        for number, model in taken.items():
+            model.id = number
+        self.all.sort(key=lambda one: one.id)
 
     def meshes(self, plan: Plan) -> Iterator[tuple[int, Record, list[bytes]]]:
         """Iterates over the models: id, row of models_info.json, and PLY file."""
-        for model, (world, number) in sorted(self._first.items()):
-            own = scene(plan, world)
-            vertices, triangles = model_mesh(own, number)
+        for model in self.all:
+            own = scene(plan, model.world)
+            vertices, triangles = model_mesh(own, model.object)
             low, high = vertices.min(axis=0), vertices.max(axis=0)
             information = {
                 "diameter": diameter(vertices),
                 **{f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)},
                 **{f"size_{axis}": float(value) for axis, value in zip("xyz", high - low, strict=True)},
-                "name": own.objects[number].name,
+                "name": own.objects[model.object].name,
             }
-            yield model, information, ply(vertices, triangles)
+            yield model.id, information, ply(vertices, triangles)
+
+
+def _order_of(model: Model) -> tuple[Any, ...]:
+    """The place of a model among those without a given id: by category, or else by name, then by size."""
+    shape = model.shape
+    return sorted(model.categories or model.names), shape.triangles, shape.size, shape.moments
 
 
 def scene(plan: Plan, world: int) -> Plan:
@@ -114,8 +220,8 @@ def to_model_space(plan: Plan, number: int, points: Floats) -> Floats:
     return product(points - origin, rotation) * MILLIMETRES
 
 
-def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
-    """The number of triangles of an object, its size in millimetres, and a scale-free fingerprint of its shape."""
+def measure_shape(plan: Plan, number: int) -> Shape:
+    """Measures the shape of an object in model space."""
     corners = plan.world.triangles(number).reshape(-1, 3)
     points = to_model_space(plan, number, corners)
     size = float(np.sqrt((points**2).mean())) or 1.0
@@ -127,7 +233,8 @@ def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
         (unit**3).mean(axis=0),
         (unit * others**2).mean(axis=0),
     ]
-    return len(corners) // 3, size, np.concatenate([*moments, *unit[[0, len(unit) // 2, -1]]])
+    values = np.concatenate([*moments, *unit[[0, len(unit) // 2, -1]]])
+    return Shape(len(corners) // 3, size, tuple(values.tolist()))
 
 
 def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
@@ -140,19 +247,19 @@ def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
 def diameter(vertices: Floats) -> float:
     """The largest distance between two vertices; vertices too near to the middle are skipped.
 
-    The result is exact unless more than 20,000 candidates are left, as on a fine sphere. Then it is the largest extent
-    along 4096 directions.
+    The result is exact unless more than `MAX_EXACT_VERTICES` candidates are left, as on a fine sphere. Then it is the
+    largest extent along 4096 directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = lengths(vertices - center)
     reach = radius.max()
     at_least = lengths(vertices - vertices[radius.argmax()]).max()
     outer = vertices[radius >= (at_least - reach) * (1 - 1e-9)]
-    if len(outer) > MANY:
+    if len(outer) > MAX_EXACT_VERTICES:
         directions = np.random.default_rng(0).normal(size=(4096, 3))
         directions /= lengths(directions)[:, None]
         return max(float(np.ptp(product(outer, direction))) for direction in directions)
-    largest, step = 0.0, max(1, PAIRS // len(outer))
+    largest, step = 0.0, max(1, MAX_PAIRS // len(outer))
     for start in range(0, len(outer), step):
         squares = sum(
             (outer[start : start + step, None, axis] - outer[None, start:, axis]) ** 2 for axis in range(3)

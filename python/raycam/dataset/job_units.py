@@ -17,8 +17,9 @@ from ..sensors import describe_sensor, read_sensor
 from ..world import World
 from .formats import FORMATS
 from .per_world import each_make
-from .plan import Plan, View
+from .plan import Format, Plan, View
 from .sensor_files import sensor_files
+from .world_sequence import WorldSequence
 
 __all__ = ["job_package", "record_name", "unit_maker"]
 
@@ -49,6 +50,9 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         ]
     if plan.rigs:
         settings["rigs"] = [shot.rig for shot in plan.shots]
+        settings["bodies"] = [
+            shot.body and [shot.body[0].tolist(), shot.body[1].tolist()] for shot in plan.shots
+        ]
     for key in ("label", "image"):
         values = [getattr(shot, key) for shot in plan.shots]
         if any(value is not None for value in values):
@@ -57,23 +61,35 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         cameras = [shot.camera for shot in plan.shots]
         return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
     worlds = 1 + max(shot.world or 0 for shot in plan.shots)
+    names = [shot.name for shot in plan.shots if shot.world == 0]
+    # The world of the package holds the lenses; the poses of its own cameras differ from world to world.
+    lenses = _with(World(plan.world.up), [shot.camera for shot in plan.shots if shot.world == 0])
+    if isinstance(recipe, WorldSequence):
+        settings |= {"caller_worlds": worlds, "categories": list(recipe.categories.items()), "names": names}
+
+        def factory(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
+            own = Plan(plan.world, plan.shots, plan.rendering, plan.options, threads, recipe)
+            return _maker(FORMATS[format], own)
+
+        return JobPackage("dataset", FORMATS[format].units(plan), settings, lenses, factory)
     settings |= {
         "recipe": json.loads(json.dumps(recipe.description, default=_plain)),
         "seed": recipe.seed,
         "folder": str(recipe.folder),
         "files": recipe.files,
         "worlds": worlds,
-        "names": [shot.name for shot in plan.shots if shot.world == 0],
+        "names": names,
     }
-    # The world of the package holds the lenses; the poses of its own cameras differ from world to world.
-    lenses = [shot.camera for shot in plan.shots if shot.world == 0]
-    return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
+    return JobPackage("dataset", FORMATS[format].units(plan), settings, lenses)
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
     """The frame maker of the kind "dataset": the files of a unit, and its record."""
-    kind = FORMATS[settings["format"]]
-    plan = _plan(world, settings, threads)
+    return _maker(FORMATS[settings["format"]], _plan(world, settings, threads))
+
+
+def _maker(kind: Format, plan: Plan) -> FrameMaker:
+    """The frame maker of a plan."""
 
     def make(
         number: int, progress: Progress | None
@@ -93,18 +109,24 @@ register("dataset", unit_maker)
 def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Plan:
     cameras = [camera for name, camera in world.cameras.items() if name.startswith(f"{PREFIX}-")]
     options, rendering = settings["options"], settings["render"]
+    if "caller_worlds" in settings:
+        raise JobError(
+            "the worlds of this data set come from a program (worlds=); to resume, repeat its call of "
+            "raycam.dataset.write"
+        )
     if "recipe" not in settings:
         rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]
-        triples = zip(cameras, settings["times"], rigs, strict=True)
         nothing = [None] * len(cameras)
+        bodies = [body and (np.array(body[0]), np.array(body[1])) for body in settings.get("bodies", nothing)]
+        placed = zip(cameras, settings["times"], rigs, bodies, strict=True)
         names = zip(settings.get("labels", nothing), settings.get("images", nothing), strict=True)
         sensors = [
             {name: read_sensor(table) for name, table in tables.items()}
             for tables in settings.get("sensors", [{}] * len(cameras))
         ]
         shots = [
-            View(camera, time, rig=rig, label=label, image=image, sensors=own)
-            for (camera, time, rig), (label, image), own in zip(triples, names, sensors, strict=True)
+            View(camera, time, rig=rig, body=body, label=label, image=image, sensors=own)
+            for (camera, time, rig, body), (label, image), own in zip(placed, names, sensors, strict=True)
         ]
         return Plan(world, shots, rendering, options, threads)
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])

@@ -81,7 +81,7 @@ def make(plan: Plan, number: int) -> Made:
     }
     right = right_camera(plan, shot, number)
     made[f"{base}/calib/{name}.txt"] = calibration(shot.camera, right).encode()
-    other = None if right is None else shot.render(["color"], right).to_png()
+    other = None if right is None else shot.render(["color"], right, index=1).to_png()
     if right is not None and other is not None:
         made[f"{base}/image_3/{name}.png"] = other
     if plan.options["flow"] or right is not None:

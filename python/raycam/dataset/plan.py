@@ -15,14 +15,17 @@ import numpy.typing as npt
 
 from .. import _core
 from ..annotations.labels import Label, label
+from ..arguments import Floats
 from ..camera import Camera
 from ..errors import CameraError, Notice, SettingsError, nearest
 from ..io.temp_stream import Piece
 from ..randomize import Recipe
 from ..render import render
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..sensors import Sensor
 from ..world import Object, World
+from .world_sequence import WorldSequence
 
 __all__ = [
     "NO_LENSES",
@@ -83,6 +86,8 @@ class View:
     """The name of the camera in the recipe's world; None if `camera` is the same for all worlds."""
     rig: tuple[int, str] | None = None
     """For a camera on a rig, the index of the rig's pose, and the camera's name on the rig."""
+    body: tuple[Floats, Floats] | None = None
+    """For a camera on a rig, the rotation body_from_world [3, 3] and the position [3] of the rig's body."""
     label: str | None = None
     """The name of the camera where it was given with one."""
     image: str | None = None
@@ -101,11 +106,11 @@ class Plan:
         rendering: Mapping[str, Any],
         options: Mapping[str, Any],
         threads: int | None = None,
-        recipe: Recipe | None = None,
+        recipe: Recipe | WorldSequence | None = None,
         known: Plan | None = None,
     ) -> None:
         if not shots:
-            raise SettingsError("a data set of no views: give it cameras")
+            raise SettingsError("the data set has no views; pass at least one camera")
         self.world = world
         """The world; for a recipe, the first one."""
         self.shots = list(shots)
@@ -117,7 +122,7 @@ class Plan:
         self.threads = threads
         """The number of threads for a view."""
         self.recipe = recipe
-        """The recipe of the worlds; None for a single world."""
+        """The source of many worlds, a recipe or a caller's worlds; None for a single world."""
         self.whole = known
         """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
         self.watch: Callable[[int, int], object] | None = None
@@ -263,9 +268,13 @@ class Shot:
         """The category id of a labelled object."""
         return self.plan.category_ids[self.objects[number].category or "object"]
 
-    def render(self, channels: Sequence[str], camera: Camera | None = None) -> Frame:
-        """Renders channels of the view with the settings of the plan."""
+    def render(self, channels: Sequence[str], camera: Camera | None = None, index: int = 0) -> Frame:
+        """Renders channels of the view, or of another camera at the same time, with the settings of the plan.
+
+        `index` is the camera's number at this time: each has independent noise.
+        """
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
+        rendering = with_camera_seed(rendering, index)
         return render(
             self.world,
             camera or self.camera,

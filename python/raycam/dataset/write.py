@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import whole
+from ..arguments import several, whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
@@ -36,6 +36,7 @@ from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
 from .training.card import card_files
+from .world_sequence import MAX_WORLDS, Worlds, WorldSequence
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]
 
@@ -101,19 +102,22 @@ def views(
         if isinstance(item, Rig):
             # The other sensors of a rig are sampled once for each pose, with the rig's first view.
             others = {name: one for name, one in item.sensors.items() if not isinstance(one, Camera)}
+            body = item.R, item.C
             for place, (name, camera) in enumerate(item.items()):
                 own = others if place == 0 else {}
-                found.append(View(camera, moment, rig=(number, name), label=name, sensors=own))
+                found.append(View(camera, moment, rig=(number, name), body=body, label=name, sensors=own))
         else:
             found.append(View(item, moment, label=label, image=images.get(label or "")))
     return found
 
 
 def write(
-    world: World | Recipe | str | os.PathLike[str],
-    folder: str | os.PathLike[str],
+    world: World | Recipe | str | os.PathLike[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
     format: str = "coco",
     *,
+    worlds: Worlds | None = None,
+    categories: Sequence[str] | Mapping[int, str] | None = None,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
     count: int | None = None,
@@ -140,7 +144,9 @@ def write(
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
       with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
-    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each picture)
+    * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each image), `model_ids`
+      ({category or object name: obj_id}). Equal meshes are one model. Without `model_ids`, the obj_id is the category
+      if that is a whole number, or else a free number in the order of the categories' names
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
       pair, give the same; `flow` (False) adds optical flow to the next view
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
@@ -155,9 +161,11 @@ def write(
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
       from 1
     * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
-    * "mcap": a bag of ROS 2 with camera_info, PNG pictures, depth (32FC1, metres, NaN for none; `depth=False` leaves it
-      out) and poses world_from_camera, under `topic` ("/camera"); `fps` (30) for views without a time. Needs
-      `raycam[mcap]`
+    * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
+      `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
+      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances.
+      `start_time` (1.0 s) is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views
+      without a time. Requires `raycam[mcap]`
     * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
 
@@ -178,6 +186,13 @@ def write(
     of the recipe, its seed and the number of the world. Every worker reads the recipe's files from their original
     folder.
 
+    `worlds` instead of `world` are worlds of the caller, from physics or a simulator: a list, an iterator, or a
+    function that returns world i, with their number `count`. They are written as a recipe's worlds are, each seen by
+    its own cameras, which have the same names in all worlds, or by `cameras`. `categories` names the categories of all
+    worlds; by default, a list's worlds give them, or else the first world. The worlds are made in this process, on all
+    threads; `shard` divides them among several. A resumed call does not need the worlds of finished views again, except
+    for index files of "bop" and of formats with a data set for each world, which require a list or a function.
+
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one
     with its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool` and
     `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of views;
@@ -188,15 +203,17 @@ def write(
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
     not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
     """
-    if not isinstance(world, World | Recipe):
-        world = world_of(world) if count is None else Recipe(world)
+    if folder is None:
+        raise SettingsError("folder is missing: the folder of the data set")
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)))
     kind = FORMATS[format]
+    source = _source(world, worlds, count, categories)
+    _check_source(source, format, workers)
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
     own = resolve_options(options, kind.options, format)
-    plan = make_plan(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
+    plan = make_plan(source, cameras, times, count, dict(sorted(rendering.items())), own, threads)
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
@@ -255,11 +272,44 @@ def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) 
                 write_file(job.folder / name, pieces)
                 names.append(name)
             job.mark_assembled(names)
+            job.release_package()
     return complete
 
 
+def _check_source(source: World | Recipe | WorldSequence, format: str, workers: int | str | None) -> None:
+    """Raises `SettingsError` if a caller's worlds cannot be made where they are needed."""
+    if not isinstance(source, WorldSequence):
+        return
+    if workers is not None:
+        raise SettingsError(
+            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)"
+        )
+    if source.is_iterator and (format == "bop" or not FORMATS[format].many_worlds):
+        raise SettingsError(f"{format} needs the worlds again for its index files; use a list or a function")
+
+
+def _source(
+    world: World | Recipe | str | os.PathLike[str] | None,
+    worlds: Worlds | None,
+    count: int | None,
+    categories: Sequence[str] | Mapping[int, str] | None,
+) -> World | Recipe | WorldSequence:
+    """The world, or the source of many worlds."""
+    if worlds is not None:
+        if world is not None:
+            raise SettingsError("world and worlds are both given; expected one of them")
+        return WorldSequence(worlds, count, categories)
+    if categories is not None:
+        raise SettingsError("categories requires worlds; a world and a recipe have their own")
+    if world is None:
+        raise SettingsError("world is missing: a world, a recipe, or worlds=")
+    if isinstance(world, World | Recipe):
+        return world
+    return world_of(world) if count is None else Recipe(world)
+
+
 def make_plan(
-    world: World | Recipe,
+    world: World | Recipe | WorldSequence,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None,
     times: Sequence[float] | None,
     count: int | None,
@@ -267,14 +317,15 @@ def make_plan(
     options: Mapping[str, Any],
     threads: int | None,
 ) -> Plan:
-    """Plans the views of a world, or of the worlds of a recipe."""
+    """Plans the views of a world, or of many worlds."""
     if isinstance(world, World):
         if count is not None:
-            raise SettingsError("count is of the worlds of a recipe, and this is one world")
+            raise SettingsError("count requires a recipe or worlds; got a single world")
         return Plan(world, views(world, cameras, times), rendering, options, threads)
     if times is not None:
-        raise SettingsError("times are of a world that moves, and not of a recipe")
-    worlds = whole("count", 1 if count is None else count, 1, 10_000_000)
+        raise SettingsError("times cannot be used with a recipe or worlds")
+    given_count = world.count if isinstance(world, WorldSequence) else 1 if count is None else count
+    worlds = whole("count", given_count, 1, MAX_WORLDS)
     first = world.world(0)
     seen: dict[str | None, Camera] = {}
     if cameras is None:
@@ -284,18 +335,18 @@ def make_plan(
         shots = [View(camera, None, i, name) for i in range(worlds) for name, camera in seen.items()]
     else:
         if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):
-            raise SettingsError("a rig is of one world, and a recipe makes many: give it the rig's cameras")
+            raise SettingsError("a rig cannot be used with a recipe or worlds; use the rig's cameras")
         given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
-        sought = any("see" in row for row in world.description["camera"])
+        sought = isinstance(world, Recipe) and any("see" in row for row in world.description["camera"])
         if (
             sought
             and given
             and all(np.array_equal(item.R, np.eye(3)) and not item.location.any() for item in given)
         ):
             raise SettingsError(
-                "the given cameras are at the origin, as a calibration without a pose leaves them, and replace those "
-                'of the recipe, which are told what to see: leave cameras out, and write calibration = "FILE" instead '
-                "of size, fov or K into [[camera]]"
+                "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
+                'poses are drawn by see; omit cameras, and write calibration = "FILE" into [[camera]] instead of size, '
+                "fov or K"
             )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
@@ -327,7 +378,7 @@ def late_times(plan: Plan) -> list[Notice]:
 
 
 def unposed_cameras(plan: Plan) -> list[Notice]:
-    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    """The notice that all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"
@@ -335,7 +386,22 @@ def unposed_cameras(plan: Plan) -> list[Notice]:
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
-    return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+    """Returns cameras and rigs as a list; raises `SettingsError` for anything else."""
+    if isinstance(cameras, str | Path):
+        raise SettingsError(
+            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})"
+        )
+    found = (
+        list(cameras.values())
+        if isinstance(cameras, Mapping)
+        else several("cameras", cameras, "cameras or rigs")
+    )
+    for item in found:
+        if not isinstance(item, Camera | Rig):
+            raise SettingsError(
+                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name"
+            )
+    return found
 
 
 def write_file(path: Path, pieces: Any) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import base64
+import html
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from html import escape
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,13 @@ Point = Sequence[float] | npt.NDArray[np.float64]
 SANS = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
 SERIF = "Georgia, 'DejaVu Serif', 'Times New Roman', serif"
 MONO = "Menlo, Consolas, 'DejaVu Sans Mono', monospace"
+NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 does not allow, not even escaped."""
+
+
+def escape(text: str) -> str:
+    """A text for XML; characters that XML does not allow become U+FFFD."""
+    return html.escape(NOT_IN_XML.sub("\ufffd", text))
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def available_bytes(share: float = 1.0) -> int:
 def peak_bytes(pid: int) -> int:
     """The peak resident memory of a process in bytes (macOS: what it has now); 0 if unknown."""
     if sys.platform == "darwin":
-        return _number_in(_said("ps", "-o", "rss=", "-p", str(pid)), r"(\d+)") * 1024
+        return _number_in(_command_output("ps", "-o", "rss=", "-p", str(pid)), r"(\d+)") * 1024
     if sys.platform == "win32":
         return windows_memory.peak_bytes(pid)
     return _line(PROC / str(pid) / "status", "VmHWM") * 1024
@@ -67,7 +67,7 @@ def limits() -> list[tuple[int, int]]:
         return [windows_memory.limit_and_used()]
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if sys.platform == "darwin":
-        return [(total, max(0, total - mac_available(_said("vm_stat"))))]
+        return [(total, max(0, total - mac_available(_command_output("vm_stat"))))]
     available = _line(PROC / "meminfo", "MemAvailable") * 1024
     found = [(total, max(0, total - available) if available else 0)]
     for folder, files in _groups():
@@ -95,7 +95,7 @@ def mac_available(vm_stat: str) -> int:
 MAC_AVAILABLE = ("free", "speculative", "inactive")
 
 
-def _said(*command: str) -> str:
+def _command_output(*command: str) -> str:
     """The output of a command of the system; empty if it fails."""
     from subprocess import SubprocessError, run  # imported here: `import raycam` does not wait for it
 

@@ -48,8 +48,8 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
         except (Error, OSError):
             pass  # the package has another version or is damaged: the hashes above are all that is known
     return (
-        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
-        "remove what this one has made"
+        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or resume=False to start over "
+        "and delete its results"
     )
 
 

@@ -30,6 +30,10 @@ __all__ = ["Job", "Status"]
 NOT_DONE = -1
 OFFSET_BITS = 44  # bits of the offset in a journal (at most 16 TiB); the bits above are the journal's index
 OFFSET_MASK = (1 << OFFSET_BITS) - 1
+MAX_KEPT_PACKAGE_BYTES = 1 << 20
+"""The largest package that a finished job keeps, so that a later call with another world can report the differences."""
+RELEASED = "package-released"
+"""The file that shows that a finished job's package was removed."""
 
 Progress = Callable[[int, int, int], object]
 Shard = tuple[int, int]
@@ -98,11 +102,35 @@ class Job:
 
     @property
     def package(self) -> JobPackage:
-        """The complete package; raises `FormatError` if its file is damaged."""
+        """The complete package.
+
+        Raises `FormatError` if its file is damaged, and `JobError` if it was removed by `release_package`.
+        """
         if self._package is None:
             path = self._state / "package"
+            if self._is_released():
+                raise JobError(
+                    f"{self.folder}: the input of this job was removed when all its frames were finished; repeat the "
+                    "command or the call that created the job"
+                )
             self._package = JobPackage.from_bytes(path.read_bytes(), str(path), self.description["job"])
         return self._package
+
+    def release_package(self) -> None:
+        """Removes a package of more than `MAX_KEPT_PACKAGE_BYTES` from the folder once all frames are finished.
+
+        The same call that created the job still recognises it, and writes the package again if a frame must be
+        repeated.
+        """
+        path = self._state / "package"
+        with contextlib.suppress(FileNotFoundError):
+            if path.stat().st_size > MAX_KEPT_PACKAGE_BYTES and all(map(self.has, range(len(self._offsets)))):
+                atomic_files.write(self._state / RELEASED, b"")
+                path.unlink()
+
+    def _is_released(self) -> bool:
+        """True if `release_package` removed the package."""
+        return (self._state / RELEASED).exists() and not (self._state / "package").exists()
 
     def status(self) -> Status:
         """The progress as far as this object knows; other processes may have finished more."""
@@ -148,7 +176,8 @@ class Job:
         try:
             JobPackage.check(package.read_bytes(), str(package), self.description["job"])
         except FileNotFoundError:
-            wrong[f"{STATE}/package"] = f"{package}: it was made, and is not there any more"
+            if not self._is_released():
+                wrong[f"{STATE}/package"] = f"{package}: the file is missing"
         except FormatError as fault:
             wrong[f"{STATE}/package"] = str(fault)
             with contextlib.suppress(OSError):
@@ -206,6 +235,8 @@ class Job:
             path = self._state / f"journal{name}.jsonl"
             package = str((self._state / "package").resolve())
             if todo:
+                if self._package is not None and self._is_released():
+                    self._write_package(self._package, scratch)
                 pool.open(self.package, package)
             job, count = self.description["job"], len(todo)
             tasks = (FrameTask(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
@@ -264,7 +295,8 @@ class Job:
         begun = (
             self._state / "scratch-begin"
         )  # exists while a process creates the job, or after it was killed
-        if description.exists() and package.exists_in(path) and not begun.exists():
+        whole = package.exists_in(path) or self._is_released()
+        if description.exists() and whole and not begun.exists():
             return
         self._state.mkdir(parents=True, exist_ok=True)
         # Many shards may start at the same time: one writes, the others wait.
@@ -275,15 +307,20 @@ class Job:
             there = read_description(description)
             if there is not None and there["job"] != package.id:
                 raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
-            if not package.exists_in(path):
+            if not package.exists_in(path) and not (there is not None and self._is_released()):
                 if there is None:  # journals of an earlier job in this folder do not belong to this one
                     for book in self._state.glob("journal*.jsonl"):
                         book.unlink()
-                atomic_files.write(path, package.to_bytes(), scratch)
+                self._write_package(package, scratch)
             if there is None:
                 text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
                 atomic_files.write(description, text.encode(), scratch)
                 atomic_files.sync_folder(self.folder)
+
+    def _write_package(self, package: JobPackage, scratch: Path) -> None:
+        """Writes the package; the mark of its removal goes first, so that a missing package is noticed."""
+        (self._state / RELEASED).unlink(missing_ok=True)
+        atomic_files.write(self._state / "package", package.to_bytes(), scratch)
 
     def _read(self) -> None:
         """Reads the journals; an entry counts only if its files exist."""
@@ -347,7 +384,7 @@ class Job:
             many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
             raise JobError(
                 f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
-                f"{self.log(first)}; --retry-failed tries again"
+                f"{self.log(first)}; retry_failed=True retries them"
             )
 
     @contextlib.contextmanager

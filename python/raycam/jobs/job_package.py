@@ -18,6 +18,7 @@ from typing import Any
 from .._core import __version__
 from ..errors import FormatError, JobError
 from ..world import World
+from .kinds import FrameMakerFactory
 
 __all__ = ["JobPackage"]
 
@@ -26,7 +27,8 @@ class JobPackage:
     """The input of a worker for the frames of a job.
 
     `kind` is a kind of `jobs.kinds`, `frames` the number of frames, `settings` plain JSON that the kind interprets.
-    `world` is a world or its bytes; `World.with_cameras` adds cameras to it.
+    `world` is a world or its bytes; `World.with_cameras` adds cameras to it. `factory` replaces the kind's own
+    factory of frame makers in this process, for frames that need objects of the caller; it is not part of the bytes.
 
     Raises `JobError` if `settings` are not JSON or `frames` is less than 1.
     """
@@ -37,6 +39,7 @@ class JobPackage:
         frames: int,
         settings: Mapping[str, Any],
         world: World | bytes,
+        factory: FrameMakerFactory | None = None,
     ) -> None:
         if frames < 1:
             raise JobError(f"a job of {frames} frames: there must be at least one")
@@ -54,6 +57,8 @@ class JobPackage:
         """The number of frames, which count from 0."""
         self.settings: dict[str, Any] = plain
         """The settings that the kind interprets."""
+        self.factory = factory
+        """The factory of the frame maker in this process; None for that of the kind."""
         self._world: World | None = None if isinstance(world, bytes) else world
         self.world_bytes = world if isinstance(world, bytes) else world.to_bytes()
         """The world from `World.to_bytes`."""

@@ -14,7 +14,7 @@ from ..errors import JobError, Notice, nearest
 from ..io.temp_stream import Piece
 from ..world import World
 
-__all__ = ["KINDS", "FrameMaker", "Progress", "frame_maker", "register"]
+__all__ = ["KINDS", "FrameMaker", "FrameMakerFactory", "Progress", "frame_maker", "register"]
 
 Progress = Callable[[int, int], object]
 FrameMaker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[Notice]]]

@@ -12,6 +12,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -134,7 +135,8 @@ def _cached_frame_maker(task: FrameTask) -> FrameMaker:
         if maker is None:
             package = _load_package(task)
             JobPackage.check_backgrounds(package.settings)
-            maker = frame_maker(package.kind, package.world, package.settings, task.threads)
+            factory = package.factory or partial(frame_maker, package.kind)
+            maker = factory(package.world, package.settings, task.threads)
             _frame_makers[key] = maker
             while len(_frame_makers) > MAX_CACHED:
                 _frame_makers.popitem(last=False)

@@ -10,7 +10,7 @@ from typing import Any
 from ..camera import Background
 from ..camera._background import Fit
 from ..errors import CameraError, WorldError
-from .draws import RandomStream, known_keys
+from .draws import RandomStream, check_known_keys
 
 __all__ = ["BackgroundFolder"]
 
@@ -30,7 +30,7 @@ class BackgroundFolder:
         table = {"folder": given} if isinstance(given, str) else given
         if not isinstance(table, Mapping):
             raise WorldError(f"background must be the name of a folder or a table, not {given!r}")
-        known_keys("background", table, ("folder", "fit"))
+        check_known_keys("background", table, ("folder", "fit"))
         name = table.get("folder")
         fit: Any = table.get("fit", "cover")
         if not isinstance(name, str):

@@ -147,7 +147,7 @@ def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float
         raise WorldError(f"{name} = {value!r}: {fault}") from None
 
 
-def known_keys(what: str, table: Mapping[str, Any], known: Sequence[str]) -> None:
+def check_known_keys(what: str, table: Mapping[str, Any], known: Sequence[str]) -> None:
     """Raises `WorldError` with the nearest name for an unknown key."""
     for key in table:
         if key not in known:

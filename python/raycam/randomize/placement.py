@@ -159,7 +159,7 @@ class PlacementSampler:
         ground, areas, owners = self._ground(surface)
         if not len(ground):
             raise WorldError(
-                f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
+                f"{what}: {surface or 'the world'} has no upward-facing level surface to place objects on"
             )
         for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
             tries = [

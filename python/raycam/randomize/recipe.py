@@ -30,7 +30,7 @@ from ..world.description import plain
 from ..world.load import load
 from .backgrounds import BackgroundFolder
 from .calibrated import calibrated
-from .draws import ONE_OF, RandomStream, RejectedSample, known_keys
+from .draws import ONE_OF, RandomStream, RejectedSample, check_known_keys
 from .placement import ConvexPrism, PlacementSampler
 from .views import place_camera
 
@@ -96,7 +96,7 @@ class Recipe:
         given = self.description.pop("seed", 0)
         self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
         """The seed of all draws."""
-        known_keys(
+        check_known_keys(
             "a recipe",
             self.description,
             ("up", "world", "object", "light", "camera", "render", "video", "background"),
@@ -322,7 +322,7 @@ class Recipe:
             row = {key: value for key, value in item.items() if key not in POSE}
             style = row.keys() - {*GEOMETRY, "name", "category"}
             # Objects of one shape share a mesh, unless they would inherit the first one's appearance.
-            key = json.dumps([_kept(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+            key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
             if (
                 key in first
                 and "category" in row
@@ -334,7 +334,7 @@ class Recipe:
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
-        alone = _kept(item, GEOMETRY)
+        alone = _select_keys(item, GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
         if key not in self._shapes:
             thing = World(world.up)
@@ -400,7 +400,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         raise FormatError(f"{path}: no TOML: {fault}") from None
 
 
-def _kept(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+def _select_keys(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
     return {key: value for key, value in table.items() if key in keys}
 
 

@@ -13,7 +13,7 @@ from ..arguments import Floats, lengths, product
 from ..camera import Camera
 from ..errors import WorldError, nearest
 from ..world import World
-from .draws import RandomStream, RejectedSample, known_keys, range_of, rounded
+from .draws import RandomStream, RejectedSample, check_known_keys, range_of, rounded
 
 __all__ = ["SEE_KEYS", "place_camera"]
 
@@ -39,7 +39,7 @@ def place_camera(
 
     Raises `WorldError` if no such view is found.
     """
-    known_keys(f"see of {what}", wanted, SEE_KEYS)
+    check_known_keys(f"see of {what}", wanted, SEE_KEYS)
     number = _chosen(world, wanted.get("object"), draw.substream("object"), what)
     box = box3d(world, number)
     radius = float(lengths(box.size)) / 2

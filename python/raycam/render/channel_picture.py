@@ -13,14 +13,14 @@ __all__ = ["channel_picture", "encode_jpeg"]
 
 JPEG_QUALITY = 92
 """The quality of JPEG files, 1 to 100."""
-VIRIDIS = (
+VIRIDIS_COLORS = (
     *(0x440154, 0x481B6D, 0x46327E, 0x3F4788, 0x365C8D, 0x2E6E8E, 0x277F8E, 0x21918C, 0x1FA187, 0x2DB27D),
     *(0x4AC16D, 0x73D056, 0xA0DA39, 0xD0E11C, 0xFDE725),
 )
 """15 even steps of the colour map viridis (S. van der Walt and N. Smith, 2015, CC0), 0xrrggbb."""
-UNIT = ("coverage", "alpha")
+FRACTION_CHANNELS = ("coverage", "alpha")
 """Channels of fractions, 0 to 1."""
-VECTORS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")
+UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")
 
 
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
@@ -40,7 +40,7 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
     if plane.dtype.kind == "i":
         return _ids(plane)
     valid = np.isfinite(plane) if plane.ndim == 2 else np.isfinite(plane).all(axis=2)
-    if name in VECTORS:
+    if name in UNIT_VECTOR_CHANNELS:
         valid &= (plane != 0).any(axis=2)
         shares = (plane + 1) / 2
     elif name == "uv":
@@ -48,7 +48,7 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
     elif plane.ndim == 3 and name != "position":
         shares = plane
     else:
-        ends = (0.0, 1.0) if name in UNIT else None
+        ends = (0.0, 1.0) if name in FRACTION_CHANNELS else None
         shares = _stretched(plane, valid, ends)
         if plane.ndim == 2:
             return _viridis(1 - shares if name in ("depth", "distance") else shares, valid)
@@ -68,7 +68,7 @@ def _stretched(
 
 
 def _viridis(shares: npt.NDArray[np.float64], valid: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint8]:
-    stops = np.array([[c >> 16, c >> 8 & 255, c & 255] for c in VIRIDIS], dtype=np.float64)
+    stops = np.array([[c >> 16, c >> 8 & 255, c & 255] for c in VIRIDIS_COLORS], dtype=np.float64)
     at = np.linspace(0, 1, len(stops))
     shown = np.clip(np.where(valid, shares, 0), 0, 1)
     colors = np.dstack([np.interp(shown, at, stops[:, i]) for i in range(3)])

@@ -18,9 +18,9 @@ from .frame import Frame
 __all__ = ["over", "shadow_ratio", "studio_shadow"]
 
 Colors = npt.NDArray[np.float32]
-SHADE_NOISE = 0.04
+MIN_STUDIO_SHADE = 0.04
 """The part of the light that a shadow in the studio takes at least: less is the noise of the samples."""
-DARK = 1e-9
+MIN_CATCHER_RADIANCE = 1e-9
 """The radiance of a shadow catcher up to which nothing lights it."""
 
 
@@ -66,7 +66,7 @@ def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) ->
     left = 1 - alpha[..., np.newaxis]
     lit = caught["color"] / np.where(share > 0, share, 1)
     unlit = free["color"] / np.where(whole > 0, whole, 1)
-    ratio = np.where(unlit > DARK, lit / np.where(unlit > DARK, unlit, 1), 1)
+    ratio = np.where(unlit > MIN_CATCHER_RADIANCE, lit / np.where(unlit > MIN_CATCHER_RADIANCE, unlit, 1), 1)
     shadow = 1 + share * (ratio - 1) / np.where(left > 0, left, 1)
     return np.where(left > 0, np.maximum(shadow, 0), 1).astype(np.float32)
 
@@ -76,7 +76,7 @@ def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
     color, left, lit = frame["color"], 1 - frame["alpha"][..., np.newaxis], shadowed["color"]
     floor = np.clip(lit - color, 0, left * FLOOR)
     share = floor / np.maximum(left * np.float32(FLOOR), np.float32(1e-6))
-    share = np.minimum(share / np.float32(1 - SHADE_NOISE), 1)
+    share = np.minimum(share / np.float32(1 - MIN_STUDIO_SHADE), 1)
     return Frame(
         dict(frame) | {"color": lit - floor, "shadow": share},
         camera=frame.camera,

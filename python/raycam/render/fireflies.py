@@ -16,23 +16,23 @@ from ..errors import Notice
 
 __all__ = ["bright_pixels", "firefly_notices"]
 
-SAMPLES = 256
+MIN_FIREFLY_SAMPLES = 256
 """Samples per pixel from which bright pixels are no longer noise that everyone expects."""
-RATIO = 20.0
+FIREFLY_RATIO = 20.0
 """A firefly is this much brighter than the median of its neighbours."""
-SHARE = 0.5
+MIN_PATH_SHARE = 0.5
 """One path brings at least this part of the light of a firefly."""
-TRACED = 64
+MAX_TRACED_PIXELS = 64
 """Pixels whose paths are traced again, at most: the brightest."""
-NAMED = 3
+MAX_NAMED_PATHS = 3
 """Ways of light that a notice names, at most."""
-NEAR = 1e-3
+DISTANCE_TOLERANCE = 1e-3
 """The relative difference of distances that are the same."""
-SKIES = ("environment", "sky", "daylight")
-SUNS = ("sun", "daylight")
-SUN_DIAMETER = 0.53
+SKY_TYPES = ("environment", "sky", "daylight")
+SUN_TYPES = ("sun", "daylight")
+DAYLIGHT_SUN_DIAMETER_DEG = 0.53
 """Degrees, of a daylight's sun."""
-SUN_MARGIN = 0.1
+SUN_MARGIN_DEG = 0.1
 """Degrees that a ray to a sun may lie beside its disk."""
 
 Pixels = npt.NDArray[np.int64]
@@ -47,27 +47,27 @@ def firefly_notices(
     It says which lights and objects they come from: the paths of such pixels are traced again.
     """
     timed, clamped = request.get("time_limit") is not None, request.get("clamp") is not None
-    if request["integrator"] != "path" or request["samples"] < SAMPLES or timed or clamped:
+    if request["integrator"] != "path" or request["samples"] < MIN_FIREFLY_SAMPLES or timed or clamped:
         return
-    found = bright_pixels(color)[:TRACED]
+    found = bright_pixels(color)[:MAX_TRACED_PIXELS]
     if not len(found):
         return
     pixels = [(int(x), int(y)) for x, y in found]
     ways: Counter[str] = Counter()
     for sample in world._core.brightest_samples(camera._core, request, pixels):
-        if sample is not None and sample[0] >= SHARE and len(sample[1]) > 1:
+        if sample is not None and sample[0] >= MIN_PATH_SHARE and len(sample[1]) > 1:
             ways[_way(world, *sample[1:])] += 1
     if not ways:
         return
     count = ways.total()
-    named = "; ".join(f"{way} ({number})" for way, number in ways.most_common(NAMED))
-    others = count - sum(number for _, number in ways.most_common(NAMED))
-    least = "at least " if len(found) == TRACED else ""
+    named = "; ".join(f"{way} ({number})" for way, number in ways.most_common(MAX_NAMED_PATHS))
+    others = count - sum(number for _, number in ways.most_common(MAX_NAMED_PATHS))
+    least = "at least " if len(found) == MAX_TRACED_PIXELS else ""
     more = f"; other ways ({others})" if others else ""
     message = (
-        f"fireflies: {least}{count} {'pixel is' if count == 1 else 'pixels are'} more than {RATIO:g} times as bright "
-        f"as those around, by a single path: {named}{more}. More samples, a larger light or denoise=True help; "
-        "clamp removes such pixels and darkens the picture"
+        f"fireflies: {least}{count} {'pixel is' if count == 1 else 'pixels are'} more than {FIREFLY_RATIO:g} times as "
+        f"bright as those around, by a single path: {named}{more}. Use more samples, a larger light or denoise=True; "
+        "clamp also removes such pixels, but darkens the image"
     )
     yield Notice(message, "fireflies")
 
@@ -84,12 +84,12 @@ def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
     # Few pixels are far brighter than their darkest neighbours: the median is found for those alone.
     rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
     darkest = np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
-    y, x = np.nonzero(light > RATIO * darkest)
+    y, x = np.nonzero(light > FIREFLY_RATIO * darkest)
     around = [
         padded[y + row, x + column] for row in range(3) for column in range(3) if (row, column) != (1, 1)
     ]
     median = np.median(around, axis=0) if len(y) else np.zeros(0)
-    bright = (light[y, x] > RATIO * median) & (median > 0)
+    bright = (light[y, x] > FIREFLY_RATIO * median) & (median > 0)
     y, x = y[bright], x[bright]
     order = np.argsort(-light[y, x], kind="stable")
     return np.column_stack([x, y])[order].astype(np.int64)
@@ -114,28 +114,30 @@ def _light(world: World, origin: Vector, direction: Vector, distance: float) -> 
     lights = [dict(light) for light in world.lights]
     if not np.isfinite(distance):
         suns = [number for number, light in enumerate(lights) if _is_sun_along(light, direction)]
-        skies = [number for number, light in enumerate(lights) if light["type"] in SKIES]
+        skies = [number for number, light in enumerate(lights) if light["type"] in SKY_TYPES]
         number = next(iter([*suns, *skies]), None)
         return "the default sky" if number is None else f"{lights[number]['type']} {number}"
-    start = origin + direction * distance * (1 - 10 * NEAR)
+    start = origin + direction * distance * (1 - 10 * DISTANCE_TOLERANCE)
     hit = world.cast_rays(start, direction, fields=("t", "instance"), threads=1)
-    shines = int(hit["instance"]) >= 0 and float(hit["t"]) <= 20 * NEAR * distance
+    shines = int(hit["instance"]) >= 0 and float(hit["t"]) <= 20 * DISTANCE_TOLERANCE * distance
     end = origin + direction * distance
     far = {number: _distance(light, end) for number, light in enumerate(lights) if "position" in light}
     nearest = min(far, key=lambda number: far[number], default=None)
-    if shines and (nearest is None or far[nearest] > 20 * NEAR * distance):
+    if shines and (nearest is None or far[nearest] > 20 * DISTANCE_TOLERANCE * distance):
         return f"the object {str(world.objects[int(hit['instance'])].name)!r}"
     return "a light" if nearest is None else f"{lights[nearest]['type']} {nearest}"
 
 
 def _is_sun_along(light: dict[str, Any], direction: Vector) -> bool:
     """True if a ray of this direction ends in the disk of a sun."""
-    if light["type"] not in SUNS:
+    if light["type"] not in SUN_TYPES:
         return False
     towards = -np.asarray(light["direction"], dtype=float)
     angle = np.degrees(np.arccos(np.clip(towards @ direction / np.linalg.norm(towards), -1, 1)))
-    diameter = float(light.get("angular_diameter", SUN_DIAMETER if light["type"] == "daylight" else 0))
-    return bool(angle <= diameter / 2 + SUN_MARGIN)
+    diameter = float(
+        light.get("angular_diameter", DAYLIGHT_SUN_DIAMETER_DEG if light["type"] == "daylight" else 0)
+    )
+    return bool(angle <= diameter / 2 + SUN_MARGIN_DEG)
 
 
 def _distance(light: dict[str, Any], point: Vector) -> float:

@@ -479,6 +479,11 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
     """Raises an error if the format of `target`'s ending does not have these channels and options."""
     ending = target.suffix.lower()
     if ending not in SAVERS:
+        if target.parent == Path("/dev"):
+            raise FormatError(
+                f"{target}: a device has no file format; write frame.to_png() to sys.stdout.buffer, or use -o - on the "
+                "command line"
+            )
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
         raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
     names = list(channels)

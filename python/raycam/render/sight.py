@@ -16,9 +16,9 @@ from ..errors import Notice
 
 __all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
-WHITE_SHARE = 0.98
+MIN_WHITE_SHARE = 0.98
 """The fraction of pixels beyond white from which a notice says so."""
-GRID = 24
+PROBES_PER_SIDE = 24
 """Rays along each side by which a picture without ground truth is probed."""
 LIT_INTEGRATORS = ("direct", "path")
 """The integrators whose pictures show light."""
@@ -56,10 +56,10 @@ def blank_notices(
         return
     brightness = color.max(axis=2) * np.float32(2.0**exposure)
     share = float((brightness > 1).mean())
-    if view == "standard" and share >= WHITE_SHARE:
+    if view == "standard" and share >= MIN_WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        shown = f"--exposure {stops:g} (exposure={stops:g}) shows it"
-        yield Notice(f"{100 * share:.0f} % of the picture is beyond white: {shown}", "overexposed")
+        text = f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
+        yield Notice(text, "overexposed")
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
@@ -71,8 +71,8 @@ def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
         if name in planes:
             return np.isfinite(planes[name])
     width, height = camera.size
-    columns = np.unique(np.linspace(0, width - 1, GRID).round().astype(int))
-    rows = np.unique(np.linspace(0, height - 1, GRID).round().astype(int))
+    columns = np.unique(np.linspace(0, width - 1, PROBES_PER_SIDE).round().astype(int))
+    rows = np.unique(np.linspace(0, height - 1, PROBES_PER_SIDE).round().astype(int))
     v, u = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing="ij"))
     origins, directions = camera.rays(np.column_stack([u, v]) + camera.corner + 0.5)
     valid = np.isfinite(directions).all(axis=-1) & np.isfinite(origins).all(axis=-1)

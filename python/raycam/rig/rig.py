@@ -101,7 +101,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         for key, camera in cameras.items():
             if camera._core.center == "infinity":
                 raise CameraError(
-                    f"camera {key!r} has its centre at infinity: no body can carry it, it is nowhere"
+                    f"camera {key!r} has its centre at infinity and cannot be mounted on a body"
                 )
         first = next(iter(cameras.values()))
         turn = first.R if R is None else matrix("R", R)
@@ -238,7 +238,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
         names = list(self)
         if len(names) < 2:
-            raise CameraError(f"a pair of cameras is asked for, and the rig {self.name!r} has one")
+            raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one")
         left = names[0] if first is None else one_of("camera", first, names, error=CameraError)
         others = [name for name in names if name != left]
         return left, others[0] if second is None else one_of("camera", second, names, error=CameraError)
@@ -300,6 +300,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         **options: Any,
     ) -> dict[str, Frame]:
         """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
+
+        Each camera has its own random numbers, so that the noise of two images is independent; the first camera has
+        those of `raycam.render`.
 
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
         default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.

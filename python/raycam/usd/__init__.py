@@ -1,5 +1,5 @@
 """USD files, read by Pixar's library in a separate process: the `raycam[usd]` extra."""
 
-from .read import SUFFIXES, UsdLimits, read
+from .read import SUFFIXES, StageContents, UsdLimits, read
 
-__all__ = ["SUFFIXES", "UsdLimits", "read"]
+__all__ = ["SUFFIXES", "StageContents", "UsdLimits", "read"]

@@ -14,6 +14,8 @@ from typing import Any
 
 from pxr import Ar, Sdf, Tf
 
+from .notices import StageNotice
+
 __all__ = ["Confinement", "UsdRejected"]
 
 HTML = "it is an HTML page, not the file: download the file itself"
@@ -54,7 +56,7 @@ class Confinement:
     """The folder of a stage, and the number of bytes that may be read from it."""
 
     def __init__(self, path: Path, folder: Path, most: int) -> None:
-        self.notices: list[str] = []
+        self.notices: list[StageNotice] = []
         self.has_lost = False
         """True if a layer is left out that may have had something to see: all but MaterialX."""
         self.folder = Path(os.path.realpath(folder))
@@ -133,7 +135,8 @@ class Confinement:
             known = len(self._layers)
             opened = reason or (self._opened(layer, named) if named else None)
             if isinstance(opened, str):
-                self.notices.append(f"{self._shown(layer)}: layer {asset!r} is left out: {opened}")
+                text = f"layer {asset!r} is ignored: {opened}"
+                self.notices.append(StageNotice("missing_file", text, f"layer {self._shown(layer)}"))
                 self.has_lost = self.has_lost or not named.endswith(".mtlx")
                 replaced[asset] = ""
                 continue

@@ -1,79 +1,90 @@
 """Geometric primitives ("gprims") of USD as faces.
 
 Sources: the schemas `UsdGeomCube`, `UsdGeomSphere`, `UsdGeomCylinder`, `UsdGeomCylinder_1`, `UsdGeomCone`,
-`UsdGeomCapsule` and `UsdGeomPlane`.
+`UsdGeomCapsule`, `UsdGeomCapsule_1` and `UsdGeomPlane`.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
-__all__ = ["GPRIMS", "Faces", "gprim_faces"]
+from .faces import Faces
+
+__all__ = ["GPRIMS", "gprim_faces"]
 
 SEGMENTS = 64
 """Sides of a circle's polygon, which stays outside 0.9988 of the radius."""
 
 
-class Faces(NamedTuple):
-    """The arrays of a polygon mesh."""
-
-    points: Any
-    """Points [n, 3]."""
-    counts: Any
-    """The number of corners of each face."""
-    indices: Any
-    """The point of each corner, counterclockwise from outside."""
-    normals: Any = None
-    """Unit normals [corners, 3] of a curved surface; None for flat faces."""
-
-
 def gprim_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
-    """The faces of a prim of a type in `GPRIMS`, in local coordinates."""
-    found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(time))
-    axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else UsdGeom.Tokens.z
-    return _align_axis(found, axis, turned=prim.GetTypeName() != "Plane")
+    """The faces of a prim of a type in `GPRIMS`, in local coordinates.
+
+    Raises `ValueError` if an attribute has no value, or one of another type.
+    """
+    kind = prim.GetTypeName()
+    names = GPRIMS[kind][1]
+    values = [prim.GetAttribute(name).Get(time) for name in names]
+    if not all(isinstance(value, float) for value in values):
+        raise ValueError(f"{', '.join(names)} must be numbers")
+    axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
+    return _build(kind, tuple(values), axis)
 
 
-Value = Callable[[str], Any]
+@functools.lru_cache(maxsize=64)
+def _build(kind: str, values: tuple[float, ...], axis: str) -> Faces:
+    return _align_axis(GPRIMS[kind][0](*values), axis, turned=kind != "Plane")
 
 
-def _cube(value: Value) -> Faces:
+def _cube(size: float) -> Faces:
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    return Faces(corners * value("size") / 2, np.full(6, 4), np.array(sides).ravel())
+    return Faces(corners * size / 2, np.full(6, 4), np.array(sides).ravel())
 
 
-def _plane(value: Value) -> Faces:
-    half = np.array([value("width"), value("length"), 0.0]) / 2
+def _plane(width: float, length: float) -> Faces:
+    half = np.array([width, length, 0.0]) / 2
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     return Faces(square * half, np.array([4]), np.arange(4))
 
 
-def _sphere(value: Value) -> Faces:
-    return _surface_of_revolution(_arc(-90, 90, value("radius"), 0.0))
+def _sphere(radius: float) -> Faces:
+    return _surface_of_revolution(_arc(-90, 90, radius, 0.0))
 
 
-def _capsule(value: Value) -> Faces:
-    radius, half = value("radius"), value("height") / 2
+def _capsule(radius: float, height: float) -> Faces:
+    half = height / 2
     side = [((radius, -half, 1, 0), (radius, half, 1, 0))]
     return _surface_of_revolution([*_arc(-90, 0, radius, -half), *side, *_arc(0, 90, radius, half)])
 
 
-def _cylinder(value: Value) -> Faces:
-    return _frustum(value("radius"), value("radius"), value("height"))
+def _capsule_1(bottom: float, top: float, height: float) -> Faces:
+    if bottom == top:
+        return _capsule(bottom, height)
+    if not height > 0:
+        raise ValueError(f"height must be positive, got {height:g}")
+    # The spheres touch the cone of the side in its rims.
+    slope, half = (bottom - top) / height, height / 2
+    latitude, stretch = float(np.degrees(np.arctan(slope))), float(np.hypot(1, slope))
+    ball = (bottom * stretch, -half - bottom * slope)
+    low = _arc(-90, min(latitude, 0), *ball) + (_arc(0, latitude, *ball) if latitude > 0 else [])
+    ball = (top * stretch, half - top * slope)
+    high = (_arc(latitude, 0, *ball) if latitude < 0 else []) + _arc(max(latitude, 0), 90, *ball)
+    side = [(low[-1][1], high[0][0])]
+    return _surface_of_revolution([*low, *side, *high])
 
 
-def _cylinder_1(value: Value) -> Faces:
-    return _frustum(value("radiusBottom"), value("radiusTop"), value("height"))
+def _cylinder(radius: float, height: float) -> Faces:
+    return _frustum(radius, radius, height)
 
 
-def _cone(value: Value) -> Faces:
-    return _frustum(value("radius"), 0.0, value("height"))
+def _cone(radius: float, height: float) -> Faces:
+    return _frustum(radius, 0.0, height)
 
 
 def _frustum(bottom: float, top: float, height: float) -> Faces:
@@ -94,7 +105,7 @@ Point = tuple[float, float, float, float]
 
 def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[Point, Point]]:
     """The segments of an arc between two angles in degrees, from the bottom up."""
-    count = round(SEGMENTS * (last - first) / 360)
+    count = max(1, round(SEGMENTS * (last - first) / 360))
     angles = np.radians(np.linspace(first, last, count + 1))
     # Poles lie exactly on the axis.
     cosines, sines = np.where(np.isclose(np.abs(angles), np.pi / 2), 0.0, np.cos(angles)), np.sin(angles)
@@ -144,13 +155,14 @@ def _align_axis(found: Faces, axis: str, turned: bool) -> Faces:
     return found._replace(points=moved[0], normals=moved[1])
 
 
-GPRIMS: dict[str, Callable[[Value], Faces]] = {
-    "Cube": _cube,
-    "Sphere": _sphere,
-    "Cylinder": _cylinder,
-    "Cylinder_1": _cylinder_1,
-    "Cone": _cone,
-    "Capsule": _capsule,
-    "Plane": _plane,
+GPRIMS: dict[str, tuple[Callable[..., Faces], tuple[str, ...]]] = {
+    "Cube": (_cube, ("size",)),
+    "Sphere": (_sphere, ("radius",)),
+    "Cylinder": (_cylinder, ("radius", "height")),
+    "Cylinder_1": (_frustum, ("radiusBottom", "radiusTop", "height")),
+    "Cone": (_cone, ("radius", "height")),
+    "Capsule": (_capsule, ("radius", "height")),
+    "Capsule_1": (_capsule_1, ("radiusBottom", "radiusTop", "height")),
+    "Plane": (_plane, ("width", "length")),
 }
-"""Functions that make the faces of each prim type from the values of its attributes."""
+"""For each prim type: the function that builds its faces, and the attributes that are its arguments."""

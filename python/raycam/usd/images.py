@@ -15,6 +15,7 @@ from pxr import Ar, Sdf
 from .. import _core
 from .confinement import Confinement, UsdRejected
 from .image_search import found_elsewhere
+from .notices import StageNotice
 
 __all__ = ["Images", "bake_opacity", "bake_wrap"]
 
@@ -31,7 +32,7 @@ class Images:
         """Original names of the images."""
         self.sizes: dict[str, tuple[int, int]] = {}
         """Width and height of the images whose pixels were read."""
-        self.notices: list[str] = []
+        self.notices: list[StageNotice] = []
         self._confinement = confinement
         self._known: dict[Any, str | None] = {}
 
@@ -47,13 +48,16 @@ class Images:
                     other = found_elsewhere(asset.path, self._confinement.stage_folder)
                     if other is None or self._confinement.fault(other):
                         raise UsdRejected("no such file, or one of a network or a database")
-                    self.notices.append(f"image {asset.path!r} is not there; {other} is used")
+                    self._note("substituted_file", asset.path, f"file not found; {other} is used")
                     place = str(other)
                 self._known[key] = name = self._copied(place)
                 self.files[name] = asset.path
             except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:
-                self.notices.append(f"image {asset.path!r} is left out: {error}")
+                self._note("missing_file", asset.path, f"ignored: {error}")
         return self._known[key]
+
+    def _note(self, code: str, path: str, text: str) -> None:
+        self.notices.append(StageNotice(code, text, f"image {path!r}"))
 
     def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
         """The name of the image that `bake` makes of an image's pixels; None if it makes none.
@@ -68,7 +72,7 @@ class Images:
                 self.sizes[file] = (pixels.shape[1], pixels.shape[0])
                 made = bake(pixels)
             except Exception as error:  # of any kind: the decoder is another library's
-                self.notices.append(f"image {self.files[file]!r}: {how} is not used: {error}")
+                self._note("ignored_feature", self.files[file], f"{how} is not applied: {error}")
                 return file
             self._known[key] = None
             if made is not None:

@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdLux
 
+from .arrays import NO_INDEX
+from .handover import MeshArrays
 from .meshes import rows
 
-__all__ = ["light_spec"]
+__all__ = ["cylinder_light", "light_spec"]
+
+CYLINDER_SIDES = 32
+"""Sides of the prism that is shown for a cylinder light."""
 
 Found = tuple[dict[str, Any] | None, str | None]
 
@@ -23,7 +28,7 @@ def light_spec(
     time: Usd.TimeCode,
 ) -> Found:
     """The description of a light and a notice, or None for either; `image` returns the file of an asset."""
-    name, kind = prim.GetPath().pathString, prim.GetTypeName()
+    kind = prim.GetTypeName()
 
     def value(key: str, default: Any) -> Any:
         attribute = prim.GetAttribute(f"inputs:{key}")
@@ -32,17 +37,17 @@ def light_spec(
 
     color, fault = _color(kind, value)
     if fault:
-        return None, f"light {name} is left out: {fault}"
+        return None, f"no light: {fault}"
     matrix = np.array(rows(world_from_local))
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
     if not np.isfinite(matrix).all() or (kind != "SphereLight" and np.linalg.matrix_rank(axes) < 3):
-        return None, f"light {name} is left out: its transform has scale 0, or is not finite"
+        return None, "no light: its transform has scale 0 or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
     fault = _odd_size(kind, value, normalized)
     if fault:
-        return None, f"light {name} is left out: {fault}"
+        return None, f"no light: {fault}"
 
     def radiance(area: float) -> list[float]:
         return [float(value) for value in color / (area if normalized else 1.0)]
@@ -59,6 +64,8 @@ def light_spec(
         power = color * np.pi * (1.0 if normalized else 4 * np.pi * radius**2)
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
+        if not cone > 0:
+            return None, f"no light: its cone angle is {cone:g}"
         if cone <= 90:
             # Intensity on the axis: radiance times the area of the visible disk.
             intensity = (power / (4 * np.pi)).tolist()
@@ -71,30 +78,45 @@ def light_spec(
         v = -axes[:, 1] * value("height", 1.0)
         area = float(np.linalg.norm(np.cross(u, v)))
         panel = {"type": "area", "position": place.tolist(), "u": u.tolist(), "v": v.tolist()}
-        said = f"light {name}: its texture is left out" if _file(prim, time) else None
+        said = "its texture is ignored" if _file(prim, time) else None
         return panel | {"radiance": radiance(area)}, said
     if kind == "DiskLight":
         radius = float(value("radius", 0.5) * scale[:2].mean())
         disk = {"type": "disk", "position": place.tolist(), "direction": forward, "radius": radius}
         return disk | {"radiance": radiance(np.pi * radius**2)}, None
     if kind in ("DomeLight", "DomeLight_1"):
-        asset = _file(prim, time)
-        if not asset:
-            return {"type": "sky", "radiance": color.tolist()}, None
-        file = image(asset)
-        if file is None:
-            return None, f"light {name} is left out without its image"
-        # The middle of a latlong image is at the light's +z, its top at +y.
-        middle, pole = axes[:, 2], axes[:, 1]
-        yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
-        said = None
-        if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
-            said = f"light {name}: its pole is not up; its image is shown upright"
-        elif np.ptp(color) > 1e-6 * color.max():
-            said = f"light {name}: the mean of its colour multiplies its image"
-        sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
-        return sky | {"scale": float(color.mean())}, said
-    return None, f"light {name} is left out: {kind} is not known"
+        return _dome_light(prim, color, axes, image, up, time)
+    return None, f"no light: {kind or 'a prim without a type'} is not supported as a light"
+
+
+def _dome_light(
+    prim: Usd.Prim,
+    color: Any,
+    axes: Any,
+    image: Callable[[Sdf.AssetPath], str | None],
+    up: str,
+    time: Usd.TimeCode,
+) -> Found:
+    """The description of a dome light with its image."""
+    kind = prim.GetTypeName()
+    asset = _file(prim, time)
+    if not asset:
+        return {"type": "sky", "radiance": color.tolist()}, None
+    file = image(asset)
+    if file is None:
+        return None, "no light: its image cannot be used"
+    # The middle of a latlong image is at the light's +z, its top at +y.
+    middle, pole = axes[:, 2], axes[:, 1]
+    if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
+        middle, pole = -axes[:, 1], axes[:, 2]
+    yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
+    said = None
+    if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
+        said = "its pole is not the up axis; its image is shown upright"
+    elif np.ptp(color) > 1e-6 * color.max():
+        said = "its image is multiplied by the mean of its colour"
+    sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
+    return sky | {"scale": float(color.mean())}, said
 
 
 def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> str | None:
@@ -129,3 +151,54 @@ def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
     attribute = prim.GetAttribute("inputs:texture:file")
     asset = attribute.Get(time) if attribute else None
     return asset if asset and asset.path else None
+
+
+def _pole_axis(prim: Usd.Prim, up: str) -> str:
+    """The axis of the top of a dome light's image, "Y" or "Z"."""
+    axis = str(prim.GetAttribute("poleAxis").Get() or "scene")
+    return up.upper() if axis == "scene" else axis
+
+
+def cylinder_light(
+    prim: Usd.Prim, world_from_local: Gf.Matrix4d, time: Usd.TimeCode
+) -> tuple[MeshArrays, list[float]]:
+    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if it gives no light.
+
+    With `normalize`, the area is that of the cylinder in the world, as for the other lights.
+    """
+
+    def value(key: str, default: Any) -> Any:
+        attribute = prim.GetAttribute(f"inputs:{key}")
+        found = attribute.Get(time) if attribute else None
+        return default if found is None else found
+
+    color, fault = _color("CylinderLight", value)
+    radius, length = float(value("radius", 0.5)), float(value("length", 1.0))
+    if fault is None and not (np.isfinite([radius, length]).all() and radius > 0 and length > 0):
+        fault = f"its radius is {radius:g} and its length {length:g}"
+    axes = np.array(rows(world_from_local))[:3, :3]
+    if fault is None and not (np.isfinite(axes).all() and np.linalg.matrix_rank(axes) == 3):
+        fault = "its transform has scale 0 or is not finite"
+    if fault:
+        raise ValueError(f"no light: {fault}")
+    turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)
+    # The prism's area is that of the cylinder.
+    sides = np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES))
+    circle = np.column_stack([np.cos(turns), np.sin(turns)]) * radius * sides
+    ends = [np.column_stack([np.full(CYLINDER_SIDES, x), circle]) for x in (-length / 2, length / 2)]
+    points = np.concatenate(ends)
+    low = np.arange(CYLINDER_SIDES)
+    following = np.roll(low, -1)
+    quads = np.column_stack([low, following, following + CYLINDER_SIDES, low + CYLINDER_SIDES])
+    placed = points @ axes.T
+    corners = placed[quads]
+    area = (
+        np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1).sum()
+        / 2
+    )
+    index = np.full((quads.size, 3), NO_INDEX, np.uint32)
+    index[:, 0] = quads.ravel()
+    empty = np.zeros((0, 3))
+    polygons = np.column_stack([np.full(CYLINDER_SIDES, 4), np.zeros(CYLINDER_SIDES)])
+    mesh = MeshArrays(points, empty, np.zeros((0, 2)), empty, polygons, index, False)
+    return mesh, (color / (area if value("normalize", False) else 1.0)).tolist()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ from pxr import Sdf, Usd, UsdShade
 
 from .image_values import ValueChange, value_change
 from .images import Images, bake_opacity, bake_wrap
+from .notices import StageNotice
 
-__all__ = ["Coordinates", "Materials", "bound_material"]
+__all__ = ["Coordinates", "Materials"]
 
 FALLBACK = {
     "diffuseColor": (0.18, 0.18, 0.18),
@@ -37,18 +39,6 @@ MAPS = {
 }
 PURPOSES = (UsdShade.Tokens.full, UsdShade.Tokens.preview, UsdShade.Tokens.allPurpose)
 """The purposes of material bindings, the preferred one first."""
-
-
-def bound_material(prim: Usd.Prim) -> UsdShade.Material | None:
-    """The material that is bound to a prim for the first of the purposes for which it is a UsdPreviewSurface."""
-    api = UsdShade.MaterialBindingAPI(prim)
-    found = []
-    for purpose in PURPOSES:
-        material, binding = api.ComputeBoundMaterial(purpose)
-        if material and _purpose(binding) == purpose:
-            found.append(material)
-    usable = [material for material in found if _preview_surface(material)]
-    return next(iter([*usable, *found]), None)
 
 
 def _purpose(binding: Usd.Relationship) -> str:
@@ -78,13 +68,17 @@ class Coordinates:
     """The smallest coordinates of all meshes."""
     high: Any = (1.0, 1.0)
 
-    def apply(self, table: Any) -> Any:
-        """The coordinates [n, 2] for an OBJ file."""
+    def apply(self, table: Any, used: Any) -> Any:
+        """The coordinates [n, 2] of a mesh, v upwards, for its own ones; `used` are the indices of those in use."""
+        table = table.astype(np.float64)
         if self.matrix is not None:
             table = table @ self.matrix[:, :2].T + self.matrix[:, 2]
-        if len(table):
-            self.low = np.minimum(self.low, table.min(axis=0))
-            self.high = np.maximum(self.high, table.max(axis=0))
+        mask = np.zeros(len(table), bool)
+        mask[used] = True
+        ends = table[mask & np.isfinite(table).all(axis=1)]
+        if len(ends):
+            self.low = np.minimum(self.low, ends.min(axis=0))
+            self.high = np.maximum(self.high, ends.max(axis=0))
         return table
 
 
@@ -103,79 +97,123 @@ class Map:
     """The change of an image whose numbers are not those that its map means."""
 
 
+@dataclass(frozen=True)
+class ColorReader:
+    """The primvar that a material reads its colour from."""
+
+    primvar: str
+    fallback: tuple[float, float, float] | None
+    """The colour of meshes without the primvar; None if the file contains none."""
+
+
+@dataclass
+class MtlMaterial:
+    """A material of the MTL file."""
+
+    name: str
+    lines: list[str] = field(default_factory=list)
+    maps: list[Map] = field(default_factory=list)
+    coordinates: Coordinates = field(default_factory=Coordinates)
+    color_reader: ColorReader | None = None
+
+
 class Materials:
-    """The materials of a stage as MTL materials."""
+    """The materials of a stage as MTL materials, by number."""
 
     def __init__(self, images: Images, time: Usd.TimeCode) -> None:
-        self.notices: list[str] = []
+        self.notices: list[StageNotice] = []
         self._images = images
         self._time = time
-        self._names: dict[str, str] = {}
-        self._text: dict[str, list[str]] = {}
-        self._maps: dict[str, list[Map]] = {}
-        self._coordinates: dict[str, Coordinates] = {}
-        self._color_primvars: dict[str, str] = {}
-        self._plain: dict[Any, str] = {}
+        self._numbers: dict[Any, int] = {}
+        self._materials: list[MtlMaterial] = []
+        self._known: dict[Any, bool] = {}
 
-    def name(self, material: UsdShade.Material) -> str:
-        """The material's name for `usemtl`."""
-        path = material.GetPath().pathString
-        if path not in self._names:
-            name = self._names[path] = f"{material.GetPrim().GetName()}_{len(self._text)}"
-            self._coordinates[name] = Coordinates()
-            self._text[name] = []
-            self._text[name] = self._lines(material, path, name)
-        return self._names[path]
+    def bound_materials(self, prims: list[Usd.Prim]) -> dict[str, UsdShade.Material | None]:
+        """The material bound to each prim, by path; see `bound_material`."""
+        api = UsdShade.MaterialBindingAPI
+        found: dict[str, list[UsdShade.Material]] = {prim.GetPath().pathString: [] for prim in prims}
+        for purpose in PURPOSES:
+            for prim, material, binding in zip(
+                prims, *api.ComputeBoundMaterials(prims, purpose), strict=True
+            ):
+                if material and _purpose(binding) == purpose:
+                    found[prim.GetPath().pathString].append(material)
+        return {path: self._choose(materials) for path, materials in found.items()}
 
-    def plain(self, color: tuple[float, float, float]) -> str:
-        """The name of a material with only a colour."""
-        if color not in self._plain:
-            name = self._plain[color] = f"color_{len(self._text)}"
-            self._text[name] = ["Kd {} {} {}".format(*(min(max(c, 0.0), 1.0) for c in color))]
-        return self._plain[color]
+    def bound_material(self, prim: Usd.Prim) -> UsdShade.Material | None:
+        """The material that is bound to a prim for the first of the purposes for which it is a UsdPreviewSurface."""
+        return next(iter(self.bound_materials([prim]).values()))
+
+    def _choose(self, materials: list[UsdShade.Material]) -> UsdShade.Material | None:
+        usable = [material for material in materials if self.is_known(material)]
+        return next(iter([*usable, *materials]), None)
+
+    def add(self, material: UsdShade.Material) -> int:
+        """The number of a material."""
+        path = material.GetPath()
+        if path not in self._numbers:
+            self._numbers[path] = len(self._materials)
+            own = MtlMaterial(f"{material.GetPrim().GetName()}_{len(self._materials)}")
+            self._materials.append(own)
+            own.lines = self._lines(material, path.pathString, own)
+        return self._numbers[path]
+
+    def add_emitter(self, name: str, radiance: Sequence[float]) -> int:
+        """The number of a black material that emits light."""
+        emission = " ".join(repr(float(value)) for value in radiance)
+        own = MtlMaterial(f"{name}_{len(self._materials)}", ["Kd 0 0 0", f"Ke {emission}"])
+        self._materials.append(own)
+        return len(self._materials) - 1
 
     def is_known(self, material: UsdShade.Material) -> bool:
         """True for a material that raycam can show, a UsdPreviewSurface."""
-        return _preview_surface(material) is not None
+        path = material.GetPath()
+        if path not in self._known:
+            self._known[path] = _preview_surface(material) is not None
+        return self._known[path]
 
-    def color_primvar(self, name: str) -> str | None:
-        """The primvar that is the colour of a material of this name; None where it has a colour or an image."""
-        return self._color_primvars.get(name)
+    def color_reader(self, number: int) -> ColorReader | None:
+        """The primvar that is the colour of a material; None for a colour or an image."""
+        return self._materials[number].color_reader
 
-    def tinted(self, name: str, color: tuple[float, float, float]) -> str:
-        """The name of a material like that of the name, of another colour."""
-        return self._changed(name, "Kd", "{} {} {}".format(*color))
+    def tint(self, number: int, color: tuple[float, float, float]) -> int:
+        """The number of a material like this one, of another colour."""
+        if (number, color) not in self._numbers:
+            own = self._materials[number]
+            lines = [line for line in own.lines if line.split()[0] != "Kd"]
+            other = replace(
+                own, name=f"{own.name}_{len(self._materials)}", lines=[*lines, "Kd {} {} {}".format(*color)]
+            )
+            self._numbers[number, color] = len(self._materials)
+            self._materials.append(other)
+        return self._numbers[number, color]
 
-    def clear(self, name: str, opacity: float) -> str:
-        """The name of a material like that of the name, of another opacity."""
-        return name if opacity == 1.0 else self._changed(name, "d", repr(opacity))
+    def coordinates(self, number: int) -> Coordinates:
+        """The texture coordinates of a material; the usual ones for a plain material, whose number is negative."""
+        return self._materials[number].coordinates if number >= 0 else Coordinates()
 
-    def _changed(self, name: str, key: str, value: str) -> str:
-        wanted = f"{key} {value}"
-        if (name, wanted) not in self._plain:
-            other = self._plain[name, wanted] = f"{name}_{len(self._text)}"
-            self._text[other] = [*(line for line in self._text[name] if line.split()[0] != key), wanted]
-            for table in (self._maps, self._coordinates):
-                if name in table:
-                    table[other] = table[name]  # type: ignore[assignment]
-        return self._plain[name, wanted]
-
-    def coordinates(self, name: str) -> Coordinates:
-        """The texture coordinates of a material of this name."""
-        return self._coordinates.get(name) or Coordinates()
-
-    def write(self, path: Path) -> None:
-        """Writes all materials to an MTL file."""
+    def write(self, path: Path, used: set[int]) -> tuple[list[str], dict[int, int]]:
+        """Writes the materials that are used to an MTL file; returns their names, and their places by number."""
+        order = {number: place for place, number in enumerate(sorted(n for n in used if n >= 0))}
         lines = []
-        for name, text in self._text.items():
-            maps = [self._map_line(own, name) for own in self._maps.get(name, [])]
-            lines.extend([f"newmtl {name}", *text, *filter(None, maps)])
+        for number in order:
+            own = self._materials[number]
+            maps = [self._map_line(found, own.coordinates) for found in own.maps]
+            lines.extend([f"newmtl {own.name}", *own.lines, *filter(None, maps)])
         path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return [self._materials[number].name for number in order], order
 
-    def _lines(self, material: UsdShade.Material, path: str, name: str) -> list[str]:
+    def _note(self, code: str, path: str, text: str) -> None:
+        self.notices.append(StageNotice(code, text, f"Material {path}"))
+
+    def _lines(self, material: UsdShade.Material, path: str, own: MtlMaterial) -> list[str]:
         surface = _preview_surface(material)
         if surface is None:
-            self.notices.append(f"material {path} is no UsdPreviewSurface: shown in displayColor, else grey")
+            self._note(
+                "ignored_feature",
+                path,
+                "not a UsdPreviewSurface: displayColor is shown instead, or grey",
+            )
             return ["Kd 0.8 0.8 0.8"]
         values: dict[str, Any] = dict(FALLBACK)
         threshold = float(self._given(surface, "opacityThreshold", 0.0))
@@ -188,65 +226,56 @@ class Materials:
             shader = UsdShade.Shader(producers[0].GetPrim())
             if shader and shader.GetShaderId() == "UsdUVTexture" and key in MAPS:
                 output = producers[0].GetBaseName()
-                found, factor = self._map(key, shader, output, path, name, threshold)
-                maps.extend([found] if found else [])
+                image, factor = self._map(key, shader, output, path, own, threshold)
+                maps.extend([image] if image else [])
                 if key != "normal":
                     values[key] = self._given(shader, "fallback", FALLBACK[key]) if factor is None else factor
                     values[key] = _like(values[key], FALLBACK[key])
             elif shader and (shader.GetShaderId() or "").startswith("UsdPrimvarReader"):
+                fallback = self._given(shader, "fallback", None)
                 if key == "diffuseColor":
-                    self._color_primvars[name] = str(self._given(shader, "varname", "displayColor"))
+                    color = None if fallback is None else _like(fallback, FALLBACK[key])
+                    own.color_reader = ColorReader(str(self._given(shader, "varname", "displayColor")), color)
                     values[key] = (1.0, 1.0, 1.0)
-                else:
-                    self.notices.append(f"material {path}: {key} from a primvar is not used")
+                    continue
+                if key in values and fallback is not None:
+                    values[key] = _like(fallback, FALLBACK[key])
+                name = self._given(shader, "varname", "")
+                used = "its default" if fallback is None else f"the reader's fallback {fallback}"
+                self._note(
+                    "ignored_feature", path, f"{key} from primvar {name!r} is not supported; {used} is used"
+                )
             elif (given := producers[0].Get(self._time)) is not None:
                 if key in values:
                     values[key] = _like(given, FALLBACK[key])
                 elif key in NOT_USED and given != NOT_USED[key]:
-                    self.notices.append(f"material {path}: {key} {given:g} is not used")
+                    self._note("ignored_feature", path, f"{key} = {given:g} is ignored")
             else:
                 what = (shader.GetShaderId() if shader else None) or "a shader without a known id"
-                self.notices.append(f"material {path}: {key} from {what} is not used")
-        if threshold > 0 and not any(found.key == "opacity" for found in maps):
+                self._note("ignored_feature", path, f"{key} from {what} is not supported")
+        if threshold > 0 and not any(image.key == "opacity" for image in maps):
             values["opacity"] = float(float(values["opacity"]) >= threshold)
-        self._maps[name] = maps
-        self._choose_base(maps, path, name)
-        return self._numbers(values)
+        own.maps = maps
+        self._choose_base(maps, path, own.coordinates)
+        return _write_values(values)
 
-    def _choose_base(self, maps: list[Map], path: str, name: str) -> None:
+    def _choose_base(self, maps: list[Map], path: str, coordinates: Coordinates) -> None:
         """Applies a rotation to the coordinates of the meshes: an MTL file has only scales and offsets."""
         turned = [own for own in maps if not _is_straight(own.matrix)]
         if not turned:
             return
         base = np.vstack([turned[0].matrix, [0, 0, 1]])
         if np.linalg.det(base) == 0:
-            self.notices.append(f"material {path}: the transform of its image is flat and not used")
+            self._note("ignored_feature", path, "the UsdTransform2d of its image has scale 0 and is ignored")
             turned[0].matrix = np.eye(3)[:2]
             return
-        self._coordinates[name].matrix = base[:2]
+        coordinates.matrix = base[:2]
         back = np.linalg.inv(base)
         for own in maps:
             own.matrix = own.matrix @ back
             if not _is_straight(own.matrix):
-                self.notices.append(f"material {path}: the rotation of its image for {own.key} is not used")
+                self._note("ignored_feature", path, f"the rotation of its {own.key} image is ignored")
                 own.matrix = np.eye(3)[:2]
-
-    def _numbers(self, values: dict[str, Any]) -> list[str]:
-        def share(key: str) -> float:
-            return min(max(float(values[key]), 0.0), 1.0)
-
-        diffuse = " ".join(repr(min(max(float(c), 0.0), 1.0)) for c in values["diffuseColor"])
-        emission = " ".join(repr(max(float(c), 0.0)) for c in values["emissiveColor"])
-        return [
-            f"Kd {diffuse}",
-            f"Ke {emission}",
-            f"Pr {share('roughness')!r}",
-            f"Pm {share('metallic')!r}",
-            f"Pc {share('clearcoat')!r}",
-            f"Pcr {share('clearcoatRoughness')!r}",
-            f"Ni {min(max(float(values['ior']), 1.0), 10.0)!r}",
-            f"d {share('opacity')!r}",
-        ]
 
     def _given(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:
         source = shader.GetInput(name)
@@ -255,7 +284,7 @@ class Materials:
         return default if found is None else found
 
     def _map(
-        self, key: str, shader: UsdShade.Shader, output: str, path: str, name: str, threshold: float
+        self, key: str, shader: UsdShade.Shader, output: str, path: str, own: MtlMaterial, threshold: float
     ) -> tuple[Map | None, Any]:
         """An image of a material, and the factor of the image."""
         asset = self._given(shader, "file", Sdf.AssetPath(""))
@@ -265,7 +294,9 @@ class Materials:
         scale = [float(value) for value in self._given(shader, "scale", (1.0,) * 4)]
         bias = [float(value) for value in self._given(shader, "bias", (0.0,) * 4)]
         wraps = tuple(str(self._given(shader, side, "repeat")) for side in ("wrapS", "wrapT"))
-        found = Map(key, file, self._transform(shader, path, name), (_wrap(wraps[0]), _wrap(wraps[1])))
+        found = Map(
+            key, file, self._transform(shader, path, own.coordinates), (_wrap(wraps[0]), _wrap(wraps[1]))
+        )
         channel = max("rgba".find(output), 0)
         if key == "opacity":
             found.alpha = ("rgba"[channel], scale[channel], bias[channel], threshold)
@@ -277,15 +308,16 @@ class Materials:
         space = str(self._given(shader, "sourceColorSpace", "auto"))
         found.change, factor = value_change(key, output, scale, bias, space, self._images.folder / file)
         if key == "normal" and tuple(scale[:3]) == (1.0,) * 3 and not any(bias[:3]):
-            self.notices.append(
-                f"material {path}: its normal map has no scale 2 and bias -1: it is taken as if it had"
+            self._note(
+                "assumed_convention",
+                path,
+                "its normal map has no scale 2 and bias -1; these values are assumed",
             )
         return found, factor
 
-    def _transform(self, shader: UsdShade.Shader, path: str, name: str) -> Any:
+    def _transform(self, shader: UsdShade.Shader, path: str, coordinates: Coordinates) -> Any:
         """image_from_primvar [2, 3] of an image; its primvar becomes that of the material."""
         matrix = np.eye(3)
-        coordinates = self._coordinates[name]
         reader = _source(shader, "st")
         is_value = reader is None or reader.GetPrim() == shader.GetPrim()
         if is_value and coordinates.constant is None:
@@ -304,12 +336,14 @@ class Materials:
                 coordinates.primvar = known
                 coordinates.constant = _like(self._given(reader, "fallback", (0.0, 0.0)), (0.0, 0.0))
             if coordinates.primvar != known:
-                self.notices.append(
-                    f"material {path}: all its images have the coordinates {coordinates.primvar}"
+                self._note(
+                    "ignored_feature",
+                    path,
+                    f"texture coordinates {known!r} are ignored; all its images use {coordinates.primvar!r}",
                 )
         return matrix[:2]
 
-    def _map_line(self, found: Map, name: str) -> str | None:
+    def _map_line(self, found: Map, coordinates: Coordinates) -> str | None:
         """The MTL line of an image."""
         file: str | None = found.file
         if found.alpha is not None:
@@ -320,7 +354,7 @@ class Materials:
             file = self._images.baked(found.file, found.change.words, found.change.bake)
         matrix, clamp = found.matrix, found.wraps == ("clamp", "clamp")
         if file and not clamp and found.wraps != ("repeat", "repeat"):
-            file, matrix, clamp = self._unwrapped(file, found, self.coordinates(name))
+            file, matrix, clamp = self._unwrap(file, found, coordinates)
         if file is None:
             return None
         options = ["-clamp on"] if clamp else []
@@ -329,7 +363,7 @@ class Materials:
             options.append(f"-o {float(matrix[0, 2])!r} {float(matrix[1, 2])!r}")
         return " ".join([MAPS[found.key], *options, file])
 
-    def _unwrapped(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
+    def _unwrap(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
         """An image that repeated or clamped shows what `found.wraps` asks for, its matrix, and if it is clamped."""
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
@@ -352,6 +386,26 @@ class Materials:
             matrix[axis, 2] += border - low
             matrix[axis] /= high - low + 2 * border
         return made, matrix, clamp
+
+
+def _write_values(values: dict[str, Any]) -> list[str]:
+    """The lines of a material's numbers."""
+
+    def share(key: str) -> float:
+        return min(max(float(values[key]), 0.0), 1.0)
+
+    diffuse = " ".join(repr(min(max(float(c), 0.0), 1.0)) for c in values["diffuseColor"])
+    emission = " ".join(repr(max(float(c), 0.0)) for c in values["emissiveColor"])
+    return [
+        f"Kd {diffuse}",
+        f"Ke {emission}",
+        f"Pr {share('roughness')!r}",
+        f"Pm {share('metallic')!r}",
+        f"Pc {share('clearcoat')!r}",
+        f"Pcr {share('clearcoatRoughness')!r}",
+        f"Ni {min(max(float(values['ior']), 1.0), 10.0)!r}",
+        f"d {share('opacity')!r}",
+    ]
 
 
 def _opacity(pixels: Any, alpha: tuple[Any, ...]) -> Any:

@@ -1,20 +1,29 @@
-"""Meshes and solids of USD as OBJ files. Source: the schema `UsdGeomMesh`."""
+"""Meshes and solids of USD as arrays with materials. Sources: the schemas `UsdGeomMesh` and `UsdGeomTetMesh`."""
 
 from __future__ import annotations
 
-import hashlib
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade, Vt
 
-from .gprims import GPRIMS, Faces, gprim_faces
-from .materials import Coordinates, Materials, bound_material
+from .arrays import NO_INDEX
+from .faces import Faces, find_fault, find_unusable_faces, order_corners
+from .gprims import GPRIMS, gprim_faces
+from .handover import Handover, MeshArrays
+from .materials import Materials
+from .notices import StageNotice
+from .primvars import Attribute, InstanceValues, Primvar, find_primvar, read_table
 from .skinning import Skinning
 
-__all__ = ["Meshes", "rows"]
+__all__ = ["GEOMETRY_TYPES", "Appearance", "Meshes", "rows"]
+
+GEOMETRY_TYPES = {"Mesh", "TetMesh", *GPRIMS}
+"""Types of prims that become objects."""
+
+GREY = (0.8, 0.8, 0.8)
+"""The colour of a prim without a material and without displayColor."""
 
 
 def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
@@ -22,453 +31,506 @@ def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
     return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
 
 
+class Reason(Exception):
+    """A prim shows nothing, for this reason."""
+
+
 @dataclass
 class Shape:
-    """The polygons of a prim, ready to be written."""
+    """The polygons of a prim."""
 
     faces: Faces
-    colors: Any = None
-    """sRGB colours [n, 3] of points, or of corners where `apart`."""
-    apart: bool = False
-    normals: Any = None
-    """Normals [corners, 3]."""
+    normals: Attribute | None = None
     smooth: bool = False
-    lost: Any = None
+    unusable: Any = None
     """Mask [faces] of those that cannot be shown."""
 
 
+@dataclass
+class Group:
+    """Faces with one material."""
+
+    material: int
+    faces: Any
+    colors: Primvar | None = None
+    """Colours that multiply the material's; None for a material that is shown as it is."""
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """A mesh with the materials of its slots."""
+
+    mesh: int
+    materials: tuple[int, ...]
+    corners: int
+    color: tuple[float, float, float, float] | None = None
+    """Colour and opacity of a mesh with one plain material, to which other instances may give other values."""
+    instance_inputs: frozenset[str] = frozenset()
+    """Primvars of the instance that the mesh or its materials depend on."""
+
+
 class Meshes:
-    """The meshes of a stage as OBJ files in a folder; a mesh that instances share is written once."""
+    """The meshes of a stage; a mesh that prims share is handed over once."""
 
     def __init__(
-        self, folder: Path, materials: Materials, skinning: Skinning, time: Usd.TimeCode, max_corners: int
+        self, handover: Handover, materials: Materials, skinning: Skinning, time: Usd.TimeCode
     ) -> None:
-        self.notices: list[str] = []
-        self._folder = folder
+        self.notices: list[StageNotice] = []
+        self._handover = handover
         self._materials = materials
         self._skinning = skinning
         self._time = time
-        self._left = max_corners
-        self._known: dict[tuple[Any, ...], tuple[str | None, int]] = {}
-        self._files: dict[bytes, str] = {}
-        """By the hash of what was written: copies of a prim are one mesh, as instances are."""
+        self._known: dict[tuple[Any, ...], Appearance | None] = {}
+        self._inherited: dict[str, tuple[str, ...]] = {}
+        self._bindings: dict[str, UsdShade.Material | None] = {}
+        self._instance_inputs: set[str] = set()
+
+    def bind(self, prims: list[Usd.Prim]) -> None:
+        """Looks up the materials of many prims at once, which is faster than one by one."""
+        self._bindings.update(self._materials.bound_materials(prims))
 
     def describe(
-        self, name: str, mesh: UsdGeom.Gprim, world_from_local: Any, bake: bool = False
-    ) -> dict[str, Any] | None:
-        """The description of an object; None, with a notice, for a prim without anything to show.
+        self, prim: Usd.Prim, baked: Any = None, instance: InstanceValues | None = None
+    ) -> Appearance | None:
+        """The mesh and materials of a prim; None, with a notice, for a prim without anything to show.
 
-        With `bake` its mesh is written in the coordinates of the world.
+        `baked` is a matrix that is applied to the points. `instance` has the primvars of a point instancer's instance.
         """
-        path = mesh.GetPath().pathString
-        matrix = np.array(world_from_local)
-        if not np.isfinite(matrix).all():
-            self.notices.append(f"prim {path} is left out: its transform is not finite")
-            return None
-        rank = np.linalg.matrix_rank(matrix[:3, :3])
-        if rank < 2:
-            self.notices.append(
-                f"prim {path} is left out: its transform has scale 0, it is flat to a line or point"
-            )
-            return None
-        # A matrix that flattens has no inverse: its mesh is written in the coordinates of the world.
-        bake = bake or rank < 3
-        file = self._file(mesh, matrix if bake else None)
-        placed = np.eye(4)[:3] if bake else matrix[:3]
-        return None if file is None else {"name": name, "mesh": file, "matrix": placed.tolist()}
-
-    def merge(self, objects: list[dict[str, Any]]) -> str:
-        """Writes the meshes of objects, which are in the coordinates of the world, as one OBJ file."""
-        texts = [
-            (self._folder / placed["mesh"]).read_text(encoding="utf-8").splitlines() for placed in objects
-        ]
-        colored = any(line.startswith("v ") and line.count(" ") > 3 for text in texts for line in text)
-        lines = ["mtllib materials.mtl"]
-        before = [0, 0, 0]
-        for text in texts:
-            counts = [0, 0, 0]
-            for line in text[1:]:
-                key, _, rest = line.partition(" ")
-                if key in ("v", "vt", "vn"):
-                    counts[("v", "vt", "vn").index(key)] += 1
-                    line += " 1 1 1" if key == "v" and colored and line.count(" ") == 3 else ""
-                elif key == "f":
-                    line = "f " + " ".join(_shifted(corner, before) for corner in rest.split())
-                lines.append(line)
-            before = [old + new for old, new in zip(before, counts, strict=True)]
-        (self._folder / "merged.obj").write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return "merged.obj"
-
-    def _file(self, mesh: UsdGeom.Gprim, placed: Any) -> str | None:
-        """The name of the mesh's OBJ file; None for a mesh without faces."""
-        prim = mesh.GetPrim()
-        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and prim not in self._skinning else prim
-        bound = bound_material(prim)
+        path = prim.GetPath().pathString
+        if path not in self._bindings:
+            self.bind([prim])
+        bound = self._bindings[path]
+        shared = prim.IsInstanceProxy() and prim not in self._skinning
         key = (
-            own.GetPath().pathString,
+            prim.GetPrimInPrototype().GetPath().pathString if shared else path,
             bound.GetPath().pathString if bound else "",
-            None if placed is None else placed.tobytes(),
+            self._inherited_key(prim) if shared else (),
+            None if baked is None else baked.tobytes(),
+            instance.key if instance else None,
         )
         if key not in self._known:
             try:
-                self._known[key] = self._write(mesh, bound, placed)
-            except _Unusable as reason:
-                self.notices.append(f"{prim.GetTypeName()} {mesh.GetPath()} is left out: {reason}")
-                self._known[key] = None, 0
-        name, corners = self._known[key]
-        self._left -= corners
-        if self._left < 0:
-            raise MemoryError
-        return name
+                self._known[key] = self._build(prim, bound, baked, instance)
+            except Reason as reason:
+                self._note("ignored_element", prim, f"not shown: {reason}")
+                self._known[key] = None
+        return self._known[key]
 
-    def _write(self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None, placed: Any) -> tuple[str, int]:
-        shape = self._shape(mesh, placed)
-        counts, indices = shape.faces.counts, shape.faces.indices
-        shape.colors, color = self._colors(mesh, bound, shape.faces)
-        groups = self._groups(mesh, color, self._opacities(mesh, bound, shape.faces), len(counts))
-        if lost := set(np.flatnonzero(shape.lost).tolist()):
-            seen = [(name, [face for face in faces if face not in lost]) for name, faces in groups]
-            groups = [(name, faces) for name, faces in seen if faces]
-        if not any(len(faces) for _, faces in groups):
-            raise _Unusable("all its faces are holes" + (" or unusable" if lost else ""))
-        # Colours per corner need separate vertices, which a smooth surface cannot have.
-        shape.apart = shape.colors is not None and len(shape.colors) != len(shape.faces.points)
-        if shape.apart and shape.smooth:
-            self.notices.append(f"mesh {mesh.GetPath()}: colours for each face or corner are not used")
-            shape.colors, shape.apart = None, False
-        lines = ["mtllib materials.mtl"]
-        points = shape.faces.points[indices] if shape.apart else shape.faces.points
-        position = np.arange(len(indices)) + 1 if shape.apart else indices + 1
-        lines.extend(_numbers("v", points if shape.colors is None else np.hstack([points, shape.colors])))
-        normal_ids = None
-        if shape.normals is not None:
-            kept, back = np.unique(shape.normals, axis=0, return_inverse=True)
-            lines.extend(_numbers("vn", kept))
-            normal_ids = back.reshape(-1) + 1
-        lines.append("s 1" if shape.smooth else "s off")
-        turn = -1 if mesh.GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded else 1
-        mirrored = placed is not None and np.linalg.det(placed[:3, :3]) < 0
-        ends = np.cumsum(counts)
-        written = 0
-        for name, faces in groups:
-            words, written = self._words(mesh, name, shape.faces, position, normal_ids, lines, written)
-            lines.append(f"usemtl {name}")
-            for face in faces:
-                corners = words[ends[face] - counts[face] : ends[face]][::turn]
-                if mirrored:
-                    corners = [corners[0], *corners[:0:-1]]
-                lines.append("f " + " ".join(corners))
-        text = "\n".join([*lines, ""]).encode()
-        file = f"mesh{len(self._known)}.obj"
-        known = self._files.setdefault(hashlib.sha256(text).digest(), file)
-        if known == file:
-            (self._folder / file).write_bytes(text)
-        return known, len(indices)
+    def _note(self, code: str, prim: Usd.Prim, text: str) -> None:
+        self.notices.append(StageNotice(code, text, f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"))
 
-    def _words(
+    def _find(self, prim: Usd.Prim, name: str, width: int, instance: InstanceValues | None) -> Primvar | None:
+        """The primvar that applies to a prim; notes that it depends on the instance if it does."""
+        primvar = find_primvar(prim, name, width, self._time, instance)
+        if primvar is not None and primvar.of_instance:
+            self._instance_inputs.add(name)
+        return primvar
+
+    def _inherited_key(self, prim: Usd.Prim) -> tuple[str, ...]:
+        """The primvars that the instance of a prim inherits from outside, as attribute paths."""
+        while not prim.IsInstance():
+            prim = prim.GetParent()
+        path = prim.GetPath().pathString
+        if path not in self._inherited:
+            found = UsdGeom.PrimvarsAPI(prim).FindInheritablePrimvars()
+            self._inherited[path] = tuple(primvar.GetAttr().GetPath().pathString for primvar in found)
+        return self._inherited[path]
+
+    def _build(
         self,
-        mesh: UsdGeom.Gprim,
-        material: str,
-        faces: Faces,
-        position: Any,
-        normal_ids: Any,
-        lines: list[str],
-        written: int,
-    ) -> tuple[list[str], int]:
-        """The words of all corners with a material's texture coordinates, and how many coordinates are written."""
-        uvs, coordinates = self._uvs(mesh, material, faces)
-        if uvs is None and normal_ids is None:
-            return position.astype(str).tolist(), written
-        uv_words: list[Any] = [""] * len(position)
-        if uvs is not None:
-            kept, back = np.unique(coordinates.apply(uvs), axis=0, return_inverse=True)
-            lines.extend(_numbers("vt", kept))
-            uv_words = (back.reshape(-1) + 1 + written).tolist()
-            written += len(kept)
-        parts = [position.tolist(), uv_words]
-        parts.extend([normal_ids.tolist()] if normal_ids is not None else [])
-        return ["/".join(map(str, corner)) for corner in zip(*parts, strict=True)], written
-
-    def _uvs(self, mesh: UsdGeom.Gprim, material: str, faces: Faces) -> tuple[Any, Coordinates]:
-        """The texture coordinates of a mesh at every corner for a material, or None, and how they are applied."""
-        coordinates = self._materials.coordinates(material)
-        primvar, constant = coordinates.primvar, coordinates.constant
-        if constant is None:
-            return self._corners(mesh, primvar or "st", faces, 2), coordinates
-        uvs = None if primvar is None else self._corners(mesh, primvar, faces, 2)
-        if uvs is not None:
-            return uvs, coordinates
-        # As the specification of UsdPreviewSurface says.
-        if primvar is not None:
-            place = ", ".join(f"{value:g}" for value in constant)
-            self.notices.append(
-                f"mesh {mesh.GetPath()}: without usable texture coordinates {primvar}, its images are one colour, that"
-                f" at ({place})"
+        prim: Usd.Prim,
+        bound: UsdShade.Material | None,
+        baked: Any,
+        instance: InstanceValues | None,
+    ) -> Appearance:
+        self._instance_inputs = set()
+        shape = self._shape(prim, baked, instance)
+        groups = self._groups(prim, bound, shape.faces, instance)
+        if shape.unusable.any():
+            groups = [replace(own, faces=own.faces[~shape.unusable[own.faces]]) for own in groups]
+        groups = [own for own in groups if len(own.faces)]
+        if not groups:
+            raise Reason("all its faces are holes or unusable")
+        left_handed = UsdGeom.Gprim(prim).GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded
+        mirrored = baked is not None and np.linalg.det(baked[:3, :3]) < 0
+        counts = shape.faces.counts
+        chosen = np.concatenate([own.faces for own in groups])
+        corner = order_corners(counts, chosen, left_handed, mirrored)
+        sizes = [int(counts[own.faces].sum()) for own in groups]
+        uvs, uv_index = self._texture_coordinates(prim, groups, sizes, corner, shape.faces, instance)
+        index = np.full((len(corner), 3), NO_INDEX, np.uint32)
+        index[:, 0] = shape.faces.indices[corner]
+        index[:, 1] = uv_index
+        normals = np.zeros((0, 3), np.float32)
+        if shape.normals is not None:
+            normals, index[:, 2] = shape.normals.rows, shape.normals.index[corner]
+        slots = np.repeat(np.arange(len(groups)), [len(own.faces) for own in groups])
+        mesh = self._handover.add_mesh(
+            MeshArrays(
+                points=shape.faces.points,
+                colors=self._colors(prim, groups, sizes, corner, shape.faces),
+                uvs=uvs,
+                normals=normals,
+                polygons=np.column_stack([counts[chosen], slots]),
+                corners=index,
+                smooth=shape.smooth,
             )
-        return np.tile(np.array(constant, np.float32), (len(faces.indices), 1)), coordinates
+        )
+        materials = tuple(own.material for own in groups)
+        is_plain = len(groups) == 1 and groups[0].colors is None
+        color = self._handover.plain_color(materials[0]) if is_plain else None
+        return Appearance(mesh, materials, len(corner), color, frozenset(self._instance_inputs))
 
-    def _shape(self, mesh: UsdGeom.Gprim, placed: Any) -> Shape:
-        """The polygons of a prim; raises `_Unusable` for invalid ones."""
-        prim, path = mesh.GetPrim(), mesh.GetPath().pathString
-        if prim.GetTypeName() in GPRIMS:
+    def _shape(self, prim: Usd.Prim, baked: Any, instance: InstanceValues | None) -> Shape:
+        """The polygons of a prim; raises `Reason` if they are invalid."""
+        kind = prim.GetTypeName()
+        if kind in GPRIMS:
             try:
                 faces = gprim_faces(prim, self._time)
-            except (TypeError, ValueError):
-                raise _Unusable("an attribute has no value, or one of a wrong type") from None
-            shape = Shape(faces, normals=faces.normals)
+            except (TypeError, ValueError) as error:
+                raise Reason(str(error)) from None
+            shape = Shape(faces)
+            if faces.normals is not None:
+                shape.normals = Attribute(faces.normals, np.arange(len(faces.indices)))
         else:
-            shape = Shape(_faces(UsdGeom.Mesh(prim), self._time))
-        if fault := _fault(shape.faces):
-            raise _Unusable(fault)
-        shape.lost = _unusable_faces(shape.faces)
-        if shape.lost.any():
-            self.notices.append(
-                f"mesh {path}: faces of fewer than three corners, or with points that are not finite, are left out:"
-                f" {np.count_nonzero(shape.lost)} of {len(shape.lost)}"
+            shape = Shape(
+                _tet_faces(prim, self._time) if kind == "TetMesh" else _mesh_faces(prim, self._time)
+            )
+        if fault := find_fault(shape.faces):
+            raise Reason(fault)
+        shape.unusable = find_unusable_faces(shape.faces)
+        if shape.unusable.any():
+            count = f"{np.count_nonzero(shape.unusable)} of {len(shape.unusable)}"
+            self._note(
+                "dropped_geometry",
+                prim,
+                f"{count} faces are dropped: they have fewer than three corners or points that are not finite",
             )
             points = np.where(np.isfinite(shape.faces.points), shape.faces.points, 0)
             shape.faces = shape.faces._replace(points=points)
-        if prim.GetTypeName() not in GPRIMS:
+        if kind == "Mesh":
             shape.smooth = UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get(self._time) != "none"
-            if shape.smooth:
-                self.notices.append(
-                    f"mesh {path}: a subdivision surface, shown as the mesh that it starts from, smooth"
-                )
-            else:
-                shape.normals = self._normals(UsdGeom.Mesh(prim), shape.faces)
-        if prim in self._skinning:
-            try:
-                moved = self._skinning.points(prim, shape.faces.points)
-            except ValueError as reason:
-                self.notices.append(f"mesh {path} is not skinned: {reason}")
-            else:
-                if shape.normals is not None:
-                    shape.normals = self._skinning.normals(prim, shape.normals, shape.faces)
-                shape.faces = shape.faces._replace(points=moved)
-        if placed is not None:
-            points = shape.faces.points @ placed[:3, :3].T + placed[:3, 3]
-            shape.faces = shape.faces._replace(points=points)
-            flattened = np.linalg.matrix_rank(placed[:3, :3]) < 3
-            if shape.normals is not None:
-                shape.normals = None if flattened else shape.normals @ np.linalg.inv(placed[:3, :3])
+        if shape.smooth:
+            self._note(
+                "approximated_value",
+                prim,
+                "subdivision surface: its control mesh is shown, with smooth shading",
+            )
+        elif kind not in GPRIMS:
+            shape.normals = self._normals(prim, shape.faces, instance)
+        self._skin(prim, shape)
+        if baked is not None:
+            _bake(shape, baked)
         return shape
 
-    def _normals(self, mesh: UsdGeom.Mesh, faces: Faces) -> Any:
-        """The normals of a mesh at every corner."""
-        normals = self._corners(mesh, "normals", faces, 3)
-        if normals is None and (own := _table(mesh.GetNormalsAttr().Get(self._time), 3)) is not None:
-            normals = _spread(
-                own.astype(np.float32), mesh.GetNormalsInterpolation(), faces.counts, faces.indices
-            )
-            if normals is None or not np.isfinite(normals).all():
-                self.notices.append(
-                    f"mesh {mesh.GetPath()}: {len(own)} normals do not fit it and are not used"
-                )
+    def _skin(self, prim: Usd.Prim, shape: Shape) -> None:
+        """Applies the joints and blend shapes of a prim."""
+        if prim not in self._skinning:
+            return
+        try:
+            points = self._skinning.points(prim, shape.faces.points)
+        except ValueError as reason:
+            self._note("ignored_feature", prim, f"its skeleton is not applied: {reason}")
+            return
+        if shape.normals is not None:
+            normals = self._skinning.normals(prim, shape.normals.spread(), shape.faces)
+            shape.normals = Attribute(normals, np.arange(len(normals)))
+        shape.faces = shape.faces._replace(points=points)
+
+    def _normals(self, prim: Usd.Prim, faces: Faces, instance: InstanceValues | None) -> Attribute | None:
+        """The normals of a mesh."""
+        primvar = self._find(prim, "normals", 3, instance)
+        if primvar is None:
+            mesh = UsdGeom.PointBased(prim)
+            values = mesh.GetNormalsAttr().Get(self._time)
+            if values is None or not len(values):
                 return None
+            primvar = Primvar(read_table(values, 3), mesh.GetNormalsInterpolation())
+        normals = primvar.attach(faces)
+        if normals is None:
+            self._note(
+                "ignored_key", prim, f"normals are ignored: {primvar.count} values do not fit the mesh"
+            )
         return normals
 
-    def _groups(self, mesh: UsdGeom.Gprim, color: str, opacities: Any, count: int) -> list[tuple[str, Any]]:
-        """The faces of each material, by name, without holes."""
+    def _groups(
+        self, prim: Usd.Prim, bound: UsdShade.Material | None, faces: Faces, instance: InstanceValues | None
+    ) -> list[Group]:
+        """The faces of each material, without holes."""
+        count = len(faces.counts)
         rest = np.ones(count, bool)
-        groups = []
-        for subset in self._subsets(mesh, count):
-            faces = _table(subset.GetIndicesAttr().Get(self._time), 1)
-            faces = np.zeros(0, np.int64) if faces is None else faces.ravel().astype(np.int64)
-            faces = faces[(faces >= 0) & (faces < count)]
-            faces = faces[rest[faces]]
-            if (material := bound_material(subset.GetPrim())) is not None:
-                rest[faces] = False
-                groups.append((self._materials.name(material), faces))
+        groups: list[Group] = []
+        for subset in self._subsets(prim):
+            table = read_table(subset.GetIndicesAttr().Get(self._time), 1)
+            own = np.zeros(0, np.int64) if table is None else table.ravel().astype(np.int64)
+            own = own[(own >= 0) & (own < count)]
+            own = own[rest[own]]
+            if (material := self._materials.bound_material(subset.GetPrim())) is not None:
+                rest[own] = False
+                groups.extend(self._group(prim, material, own, faces, instance))
+        groups = [*self._group(prim, bound, np.flatnonzero(rest), faces, instance), *groups]
+        if bound is None and rest.any() and _has_binding(prim):
+            self._note(
+                "ignored_feature",
+                prim,
+                "the target of its material binding is missing or of an unknown purpose",
+            )
+        if prim.GetTypeName() == "Mesh":
+            holes = read_table(UsdGeom.Mesh(prim).GetHoleIndicesAttr().Get(self._time), 1)
+            if holes is not None:
+                groups = [replace(own, faces=own.faces[~np.isin(own.faces, holes)]) for own in groups]
+        return groups
+
+    def _group(
+        self,
+        prim: Usd.Prim,
+        material: UsdShade.Material | None,
+        chosen: Any,
+        faces: Faces,
+        instance: InstanceValues | None,
+    ) -> list[Group]:
+        """These faces in a material; several groups if their opacities differ."""
+        if not len(chosen):
+            return []
+        if material is not None and self._materials.is_known(material):
+            return [self._known_group(prim, material, chosen, instance)]
+        name = None if material is None else self._materials.add(material)
+        colors = self._find(prim, "displayColor", 3, instance)
+        base: tuple[float, ...] = GREY
+        if colors is not None and (colors.rows is None or not np.isfinite(colors.rows).all()):
+            self._note("ignored_key", prim, "displayColor is ignored: it has values that are not numbers")
+            colors = None
+        if colors is not None:
+            if (row := colors.constant) is not None:
+                base, colors, name = tuple(np.clip(row, 0, 1).tolist()), None, None
+            else:
+                base, name = (1.0, 1.0, 1.0), None
+        opacities = self._opacities(prim, faces, instance)
+        if name is not None:
+            opaque = opacities is None
+            return [Group(name, chosen)] if opaque else self._split(base, chosen, opacities, colors)
         if opacities is None:
-            groups.insert(0, (color, np.flatnonzero(rest)))
-        else:
-            for value in np.unique(opacities[rest]):
-                clear = self._materials.clear(color, float(value))
-                groups.insert(0, (clear, np.flatnonzero(rest & (opacities == value))))
-        holes = UsdGeom.Mesh(mesh).GetHoleIndicesAttr().Get(self._time) if UsdGeom.Mesh(mesh) else None
-        hole_table = np.zeros(0) if (found := _table(holes, 1)) is None else found.ravel()
+            return [Group(self._handover.add_plain(base, 1.0), chosen, colors)]
+        return self._split(base, chosen, opacities, colors)
+
+    def _split(
+        self, base: tuple[float, ...], chosen: Any, opacities: Any, colors: Primvar | None
+    ) -> list[Group]:
+        """One group for each opacity, the largest first."""
+        own = opacities[chosen]
         return [
-            (name, kept.tolist()) for name, faces in groups if len(kept := faces[~np.isin(faces, hole_table)])
+            Group(self._handover.add_plain(base, float(value)), chosen[own == value], colors)
+            for value in np.unique(own)[::-1]
         ]
 
-    def _subsets(self, mesh: UsdGeom.Gprim, count: int) -> list[UsdGeom.Subset]:
-        """The face sets with materials; those without a family, which Pixar's library skips, with a notice."""
-        found = list(UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets())
-        for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
-            prim = subset.GetPrim()
-            of_faces = subset.GetElementTypeAttr().Get(self._time) == UsdGeom.Tokens.face
-            if subset.GetFamilyNameAttr().Get() or not of_faces or not _binds(prim):
-                continue
-            self.notices.append(
-                f'subset {prim.GetPath()} has no familyName "materialBind": its material is used all the same'
-            )
-            found.append(subset)
-        return found
+    def _known_group(
+        self, prim: Usd.Prim, material: UsdShade.Material, chosen: Any, instance: InstanceValues | None
+    ) -> Group:
+        """Faces in a UsdPreviewSurface, with the primvar that its colour may come from."""
+        number = self._materials.add(material)
+        reader = self._materials.color_reader(number)
+        if reader is None:
+            return Group(number, chosen)
+        colors = self._find(prim, reader.primvar, 3, instance)
+        if colors is None or colors.rows is None or not np.isfinite(colors.rows).all():
+            if colors is not None or reader.fallback is None:
+                self._note(
+                    "ignored_key",
+                    prim,
+                    f"its material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
+                    " the reader's fallback is used",
+                )
+            return Group(self._materials.tint(number, reader.fallback or (0.0, 0.0, 0.0)), chosen)
+        if (row := colors.constant) is not None:
+            return Group(self._materials.tint(number, tuple(np.clip(row, 0, 1).tolist())), chosen)
+        return Group(number, chosen, colors)
 
-    def _opacities(self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None, faces: Faces) -> Any:
-        """The opacity of each face for display; None where it is 1, or a material says it."""
-        if bound and self._materials.is_known(bound):
+    def _subsets(self, prim: Usd.Prim) -> list[UsdGeom.Subset]:
+        """The face sets with materials, including those without a family, which Pixar's library ignores."""
+        if not prim.GetAllChildren():
+            return []
+        mesh = UsdGeom.Imageable(prim)
+        subsets = list(UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets())
+        for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
+            of_faces = subset.GetElementTypeAttr().Get(self._time) == UsdGeom.Tokens.face
+            if subset.GetFamilyNameAttr().Get() or not of_faces or not _binds(subset.GetPrim()):
+                continue
+            self._note(
+                "invalid_file",
+                subset.GetPrim(),
+                'its material is used although familyName is not "materialBind"',
+            )
+            subsets.append(subset)
+        return subsets
+
+    def _opacities(self, prim: Usd.Prim, faces: Faces, instance: InstanceValues | None) -> Any:
+        """The displayed opacity of each face; None if all are opaque."""
+        primvar = self._find(prim, "displayOpacity", 1, instance)
+        if primvar is None:
             return None
-        primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("displayOpacity")
-        values = _table(primvar.ComputeFlattened(self._time), 1) if primvar else None
-        if values is None or not np.isfinite(values := values.ravel().astype(float)).all():
-            return None
-        values = np.round(np.clip(values, 0, 1), 6)
-        interpolation = primvar.GetInterpolation()
-        if len(values) == 1:
-            interpolation = "constant"
-        corners = _spread(values, interpolation, faces.counts, faces.indices)
-        if corners is None:
-            self.notices.append(
-                f"mesh {mesh.GetPath()}: {len(values)} opacities do not fit it and are not used"
+        if primvar.constant is not None and np.isfinite(primvar.constant).all():
+            return np.full(len(faces.counts), round(float(np.clip(primvar.constant[0], 0, 1)), 6))
+        opacities = primvar.attach(faces)
+        if opacities is None:
+            self._note(
+                "ignored_key",
+                prim,
+                f"displayOpacity is ignored: {primvar.count} values do not fit the mesh",
             )
             return None
-        starts = np.cumsum(faces.counts) - faces.counts
-        means = np.add.reduceat(corners, starts) / faces.counts
-        low, high = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
+        corners = np.round(np.clip(opacities.spread().ravel().astype(float), 0, 1), 6)
+        shown = faces.counts > 0
+        starts = (np.cumsum(faces.counts) - faces.counts)[shown]
+        low, high, means = (np.ones(len(faces.counts)) for _ in range(3))
+        low[shown], high[shown] = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
+        means[shown] = np.add.reduceat(corners, starts) / faces.counts[shown]
         if (high > low).any():
-            self.notices.append(f"mesh {mesh.GetPath()}: opacities that differ within a face are averaged")
+            self._note("approximated_value", prim, "opacities that differ within a face are averaged")
             means = np.round(means * 255) / 255
         return np.where(high > low, means, low)
 
-    def _colors(self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None, faces: Faces) -> tuple[Any, str]:
-        """The sRGB colours of points or corners as in an OBJ file, and the material."""
-        path = mesh.GetPath()
-        known = bound is not None and self._materials.is_known(bound)
-        material = self._materials.name(bound) if bound is not None else ""
-        primvar: str | None = "displayColor"
-        if bound is None and _binds(mesh.GetPrim(), inherited=True):
-            self.notices.append(
-                f"prim {path}: no material is where its binding leads, or for no known purpose"
+    def _colors(
+        self, prim: Usd.Prim, groups: list[Group], sizes: list[int], corner: Any, faces: Faces
+    ) -> Any:
+        """Linear colours of all points or of all corners; none if the materials have all colours."""
+        for own in groups:
+            if own.colors is not None and own.colors.attach(faces) is None:
+                self._note(
+                    "ignored_key",
+                    prim,
+                    f"colours are ignored: {own.colors.count} values do not fit the mesh",
+                )
+                own.colors = None
+        primvars = [own.colors for own in groups]
+        if not any(primvars):
+            return np.zeros((0, 3), np.float32)
+        only = primvars[0]
+        same = only is not None and all(other is not None and other.rows is only.rows for other in primvars)
+        per_point = only is not None and only.indices is None and only.interpolation in ("vertex", "varying")
+        if same and per_point and only is not None and only.count == len(faces.points):
+            return np.clip(only.rows, 0, 1)
+        colors = np.ones((len(corner), 3), np.float32)
+        start = 0
+        for own, size in zip(groups, sizes, strict=True):
+            attribute = own.colors.attach(faces) if own.colors is not None else None
+            if attribute is not None:
+                used = attribute.index[corner[start : start + size]]
+                colors[start : start + size] = np.clip(attribute.rows[used], 0, 1)
+            start += size
+        return colors
+
+    def _texture_coordinates(
+        self,
+        prim: Usd.Prim,
+        groups: list[Group],
+        sizes: list[int],
+        corner: Any,
+        faces: Faces,
+        instance: InstanceValues | None,
+    ) -> tuple[Any, Any]:
+        """The texture coordinates of a mesh, and the index of each of these corners."""
+        tables: list[Any] = [np.zeros((0, 2), np.float32)]
+        index = np.full(len(corner), NO_INDEX, np.uint32)
+        start = before = 0
+        for own, size in zip(groups, sizes, strict=True):
+            chosen = slice(start, start + size)
+            start += size
+            uvs = self._uvs(prim, own.material, faces, instance)
+            if uvs is None:
+                continue
+            used = uvs.index[corner[chosen]]
+            table = self._materials.coordinates(own.material).apply(uvs.rows, used)
+            if not np.isfinite(table[used]).all():
+                self._note("ignored_key", prim, "texture coordinates are ignored: they are not finite")
+                continue
+            table = np.where(np.isfinite(table), table, 0)
+            tables.append(np.column_stack([table[:, 0], 1.0 - table[:, 1]]))
+            index[chosen] = used + before
+            before += len(table)
+        return np.concatenate(tables), index
+
+    def _uvs(
+        self, prim: Usd.Prim, material: int, faces: Faces, instance: InstanceValues | None
+    ) -> Attribute | None:
+        """The texture coordinates of a mesh for a material; None if there are none."""
+        coordinates = self._materials.coordinates(material)
+        constant = coordinates.constant
+        name = coordinates.primvar or ("st" if constant is None else None)
+        if name is not None:
+            primvar = self._find(prim, name, 2, instance)
+            uvs = primvar.attach(faces) if primvar is not None else None
+            if primvar is not None and uvs is None:
+                self._note(
+                    "ignored_key",
+                    prim,
+                    f"primvar {name} is ignored: {primvar.count} values do not fit the mesh",
+                )
+            if uvs is not None or constant is None:
+                return uvs
+            place = ", ".join(f"{value:g}" for value in constant)
+            self._note(
+                "missing_value",
+                prim,
+                f"without usable texture coordinates {name}, each image is one colour: that at ({place})",
             )
-        if known:
-            primvar = self._materials.color_primvar(material)
-            if not primvar:
-                return None, material
-        colors = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance(primvar)
-        table = _table(colors.ComputeFlattened(self._time), 3) if colors else None
-        if table is None or not np.isfinite(table).all():
-            if known or (colors and colors.HasValue()):
-                self.notices.append(f"prim {path}: it has no usable colours {primvar}")
-            return None, material or self._materials.plain((0.8, 0.8, 0.8))
-        table = np.clip(table.astype(np.float64), 0, 1)
-        if len(table) == 1:
-            if known:
-                return None, self._materials.tinted(material, tuple(table[0].tolist()))
-            return None, self._materials.plain(tuple(table[0].tolist()))
-        srgb = np.where(table <= 0.0031308, 12.92 * table, 1.055 * table ** (1 / 2.4) - 0.055)
-        white = material if known else self._materials.plain((1.0, 1.0, 1.0))
-        if colors.GetInterpolation() in ("vertex", "varying") and len(srgb) == len(faces.points):
-            return srgb, white
-        spread = _spread(srgb, colors.GetInterpolation(), faces.counts, faces.indices)
-        if spread is None:
-            self.notices.append(f"mesh {path}: {len(table)} colours do not fit it and are not used")
-        return spread, white
-
-    def _corners(self, mesh: UsdGeom.Gprim, name: str, faces: Faces, width: int) -> Any:
-        """The values of a primvar at every corner."""
-        primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance(name)
-        values = primvar.ComputeFlattened(self._time) if primvar else None
-        if values is None or not len(values):
-            return None
-        table = _table(values, width)
-        found = None
-        if table is not None:
-            found = _spread(table.astype(np.float32), primvar.GetInterpolation(), faces.counts, faces.indices)
-        if found is None or not np.isfinite(found).all():
-            self.notices.append(
-                f"mesh {mesh.GetPath()}: {len(values)} values of {name} do not fit it and are not used"
-            )
-            return None
-        return found
+        zeros = np.zeros(len(faces.indices), np.int64)
+        return Attribute(np.array([constant], np.float32), zeros)
 
 
-def _shifted(corner: str, before: list[int]) -> str:
-    """A corner of a face in an OBJ file behind another one."""
-    parts = corner.split("/")
-    return "/".join(str(int(part) + old) if part else "" for part, old in zip(parts, before, strict=False))
+def _bake(shape: Shape, matrix: Any) -> None:
+    """Applies a matrix [4, 4] to points and normals."""
+    linear = matrix[:3, :3]
+    shape.faces = shape.faces._replace(points=shape.faces.points @ linear.T + matrix[:3, 3])
+    if shape.normals is None:
+        return
+    if np.linalg.matrix_rank(linear) < 3:
+        shape.normals = None
+    else:
+        shape.normals = replace(shape.normals, rows=shape.normals.rows @ np.linalg.inv(linear))
 
 
-class _Unusable(Exception):
-    """A prim has nothing to show, with the reason."""
-
-
-def _faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Faces:
+def _mesh_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
     """The faces of a mesh as stored in the file."""
-    found = []
-    for attribute, kind in (
-        (mesh.GetPointsAttr(), Vt.Vec3fArray),
-        (mesh.GetFaceVertexCountsAttr(), Vt.IntArray),
-        (mesh.GetFaceVertexIndicesAttr(), Vt.IntArray),
-    ):
-        value = attribute.Get(time)
-        if value is not None and not isinstance(value, kind):
-            given = attribute.GetPropertyStack(time)[0].typeName
-            raise _Unusable(
-                f"its {attribute.GetName()} are of the type {given}, not {attribute.GetTypeName()}"
-            )
-        if not value:
-            raise _Unusable(f"it has no {attribute.GetName()}")
-        found.append(np.array(value))
-    return Faces(found[0], found[1].astype(np.int64), found[2].astype(np.int64))
+    mesh = UsdGeom.Mesh(prim)
+    points = _array(mesh.GetPointsAttr(), Vt.Vec3fArray, time)
+    counts = _array(mesh.GetFaceVertexCountsAttr(), Vt.IntArray, time)
+    indices = _array(mesh.GetFaceVertexIndicesAttr(), Vt.IntArray, time)
+    return Faces(points, counts.astype(np.int64), indices.astype(np.int64))
 
 
-def _table(values: Any, width: int) -> Any:
-    """An array of numbers [n, width]; None for values of another type, and for none."""
-    try:
-        table = np.array(values)
-    except (TypeError, ValueError):
-        return None
-    if table.dtype.kind not in "fiu" or not table.size:
-        return None
-    if width == 1:
-        return table.reshape(-1, 1) if table.ndim == 1 else None
-    return table if table.ndim == 2 and table.shape[1] == width else None
+def _tet_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
+    """The surface of a mesh of tetrahedra; computed if the file does not contain it."""
+    mesh = UsdGeom.TetMesh(prim)
+    points = _array(mesh.GetPointsAttr(), Vt.Vec3fArray, time)
+    surface = mesh.GetSurfaceFaceVertexIndicesAttr().Get(time)
+    if not surface:
+        _array(mesh.GetTetVertexIndicesAttr(), Vt.Vec4iArray, time)
+        surface = UsdGeom.TetMesh.ComputeSurfaceFaces(mesh, time)
+    triangles = np.array(surface, np.int64).reshape(-1, 3)
+    return Faces(points, np.full(len(triangles), 3), triangles.ravel())
 
 
-def _fault(found: Faces) -> str | None:
-    """The error message for invalid faces; None for valid ones."""
-    points, counts, indices = found.points, found.counts, found.indices
-    if (counts < 0).any() or counts.sum() != len(indices):
-        return f"its faces have {counts.sum()} corners, it has {len(indices)}"
-    if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
-        return f"a corner is none of its {len(points)} points"
-    return None if len(indices) else "it has no faces"
+def _array(attribute: Usd.Attribute, kind: type, time: Usd.TimeCode) -> Any:
+    """The array of an attribute; raises `Reason` for no value, or one of another type."""
+    value = attribute.Get(time)
+    if value is not None and not isinstance(value, kind):
+        given = attribute.GetPropertyStack(time)[0].typeName
+        raise Reason(f"{attribute.GetName()} has the type {given}, expected {attribute.GetTypeName()}")
+    if not value:
+        raise Reason(f"it has no {attribute.GetName()}")
+    return np.array(value)
 
 
-def _unusable_faces(found: Faces) -> Any:
-    """A mask of the faces that have fewer than three corners, or a point that is not finite."""
-    odd = np.append(~np.isfinite(found.points).all(axis=1)[found.indices], False)
-    ends = np.cumsum(found.counts)
-    sums = np.concatenate([[0], np.cumsum(odd)])
-    return (found.counts < 3) | (sums[ends] > sums[ends - found.counts])
+def _binds(prim: Usd.Prim) -> bool:
+    """True for a prim that itself has a material binding, for any purpose."""
+    bindings = [r for r in prim.GetAuthoredRelationships() if r.GetName().startswith("material:binding")]
+    return any(binding.GetTargets() for binding in bindings)
 
 
-def _spread(table: Any, interpolation: str, counts: Any, indices: Any) -> Any:
-    """Values for every corner from values per point, per face or constant; None if the count does not fit."""
-    if interpolation == "constant" and len(table) == 1:
-        return np.repeat(table, len(indices), axis=0)
-    if interpolation == "uniform" and len(table) == len(counts):
-        return np.repeat(table, counts, axis=0)
-    if interpolation in ("vertex", "varying") and len(table) > indices.max():
-        return table[indices]
-    if interpolation == "faceVarying" and len(table) == len(indices):
-        return table
-    return None
-
-
-def _binds(prim: Usd.Prim, inherited: bool = False) -> bool:
-    """True for a prim with a material binding, for any purpose; with `inherited` also where it is an ancestor's."""
+def _has_binding(prim: Usd.Prim) -> bool:
+    """True for a prim with a material binding of its own or of an ancestor, for any purpose."""
     while prim and not prim.IsPseudoRoot():
-        bindings = [r for r in prim.GetAuthoredRelationships() if r.GetName().startswith("material:binding")]
-        if any(binding.GetTargets() for binding in bindings):
+        if _binds(prim):
             return True
-        if not inherited:
-            return False
         prim = prim.GetParent()
     return False
-
-
-def _numbers(key: str, table: Any) -> list[str]:
-    """Lines of numbers that read back exactly."""
-    return [f"{key} " + " ".join(map(repr, row)) for row in table.astype(np.float64).tolist()]

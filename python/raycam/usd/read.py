@@ -1,7 +1,7 @@
-"""USD files, read by Pixar's library in a separate process: the `raycam[usd]` extra.
+"""Starting the process that reads a USD file, and reading its answer.
 
 The process, `raycam.usd.worker`, runs under `UsdLimits` of time, memory and disk, because files are untrusted. It
-writes meshes and images into an empty folder, from which raycam reads them like from any other folder.
+writes arrays, materials and images into an empty folder. raycam trusts its answer no more than any other file.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FormatError, SettingsError
+from ..errors import FormatError, SettingsError, WorldError
 from ..io.folders import check_folder
+from .arrays import read_arrays
 
 if TYPE_CHECKING:
     from subprocess import Popen
 
-__all__ = ["SUFFIXES", "UsdLimits", "read"]
+__all__ = ["SUFFIXES", "StageContents", "UsdLimits", "read"]
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 """Endings of USD files."""
@@ -38,8 +39,24 @@ class UsdLimits:
     """Address space in bytes."""
     bytes: int = 4 << 30
     """Size in bytes of all files read, and of every file written."""
-    triangles: int = 1 << 28
-    """Face corners, counted for every instance."""
+    corners: int = 1 << 28
+    """Face corners of all meshes; if all become one object, those of every instance."""
+
+
+@dataclass(frozen=True)
+class StageContents:
+    """What the process has read of a stage."""
+
+    world: dict[str, Any]
+    """Up axis, lights and cameras, for `World.from_dict`."""
+    polygons: dict[str, Any]
+    """Meshes and objects, as `_core.world_from_polygons` accepts them."""
+    notices: list[tuple[str, str]]
+    """Code and text of each notice."""
+    files: dict[str, str]
+    """The original names of the images in the folder."""
+    variants: list[str]
+    """All variants, as "SET=NAME"."""
 
 
 def read(
@@ -51,14 +68,15 @@ def read(
     time: float | None = None,
     single: bool = False,
     up: str | None = None,
-) -> dict[str, Any]:
-    """Reads a USD file as a dict for `World.from_dict`; meshes and images are written into `folder`.
+    variant: str | None = None,
+) -> StageContents:
+    """Reads a USD file; its materials and images are written into `folder`.
 
     Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first). With
-    `single` all meshes are one object without lights and cameras, turned to the axis `up`. The dict also has
-    `"notices"`, and under `"files"` the original names of the images. Raises `OSError` if the file cannot be opened,
-    `FormatError` if it cannot be read within the limits, and `SettingsError` without the extra or for a wrong `root` or
-    `time`.
+    `single`, all meshes are for one object without lights and cameras, turned to the axis `up`. `variant` selects
+    variants: "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Raises `OSError` if the file cannot
+    be opened, `FormatError` if it cannot be read within the limits, `WorldError` for an unknown variant, and
+    `SettingsError` without the extra or for a wrong `root` or `time`.
     """
     budget = budget or UsdLimits()
     path = Path(path)
@@ -67,56 +85,81 @@ def read(
             raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
         size = file.seek(0, os.SEEK_END)
     if time is not None and not math.isfinite(time):
-        raise SettingsError(f"time is {time}, expected seconds")
+        raise SettingsError(f"time must be a finite number of seconds, got {time}")
     if root is not None:
         check_folder(path, root)
     if size > budget.bytes:
-        raise FormatError(f"{path}: {size} bytes, but the budget has {budget.bytes} left")
+        raise FormatError(f"{path}: file too large: {size} bytes; the limit is {budget.bytes}")
     if importlib.util.find_spec("pxr") is None:
-        raise SettingsError(f"{path}: reading USD needs Pixar's library: pip install 'raycam[usd]'")
+        raise SettingsError(f"{path}: reading USD requires Pixar's library: pip install 'raycam[usd]'")
     limits = {
         "memory": budget.memory,
         "bytes": budget.bytes,
         "seconds": budget.seconds,
-        "triangles": budget.triangles,
+        "corners": budget.corners,
         "folder": os.path.abspath(path.parent if root is None else root),
         "time": time,
         "single": single,
         "up": up,
+        "variant": variant,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
-    # Imported here: `import raycam` does not wait for them.
+    status, output = _run([*command, json.dumps(limits)], budget.seconds, path)
+    answer = folder / "world.json"
+    if not answer.is_file() or status != 0:
+        last = output.splitlines()[-1] if output else "it printed no reason"
+        raise FormatError(f"{path}: the process that reads USD failed ({_describe_status(status)}): {last}")
+    return _contents(json.loads(answer.read_text(encoding="utf-8")), folder, path, variant)
+
+
+def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | None) -> StageContents:
+    """The answer of the process; raises the error that it contains."""
+    if "error" in answer:
+        raise FormatError(f"{path}: {answer['error']}")
+    if "unknown_variant" in answer:
+        known = ", ".join(answer["variants"][:50]) or "none"
+        raise WorldError(
+            f"{path}: no variant {answer['unknown_variant']!r} (variant={variant!r}); the stage has: {known}"
+        )
+    try:
+        polygons: dict[str, Any] = dict(read_arrays(folder))
+    except (OSError, ValueError) as error:
+        raise FormatError(f"{path}: the process that reads USD left an incomplete answer: {error}") from None
+    polygons |= {"names": answer["names"], "materials": answer["materials"]}
+    notices = [(code, text) for code, text in answer["notices"]]
+    return StageContents(answer["world"], polygons, notices, answer["files"], answer["variants"])
+
+
+def _describe_status(status: int) -> str:
     import signal
+
+    return f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
+
+
+def _run(command: list[str], seconds: float, path: Path) -> tuple[int, str]:
+    """The exit status of a command and the end of its output; raises `FormatError` if it takes too long."""
+    # Imported here: `import raycam` does not wait for them.
     import subprocess
     import tempfile
 
-    with tempfile.TemporaryFile() as said:
+    with tempfile.TemporaryFile() as output:
         process = subprocess.Popen(
-            [*command, json.dumps(limits)],
+            command,
             stdin=subprocess.DEVNULL,
-            stdout=said,
+            stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,
             # Pixar's library would also look there for layers.
             env={key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"},
         )
         try:
-            status = process.wait(budget.seconds)
+            status = process.wait(seconds)
         except subprocess.TimeoutExpired:
-            raise FormatError(f"{path}: not read within {budget.seconds:g} s, the budget for USD") from None
+            raise FormatError(f"{path}: not read within {seconds:g} s, the time limit for USD") from None
         finally:
             _terminate(process)
-        said.seek(max(0, said.seek(0, os.SEEK_END) - 2000))
-        words = said.read().decode("utf-8", "replace").strip()
-    answer = folder / "world.json"
-    if not answer.is_file() or status != 0:
-        last = words.splitlines()[-1] if words else "no reason given"
-        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
-        raise FormatError(f"{path}: Pixar's library gave up ({how}): {last}")
-    found: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
-    if "error" in found:
-        raise FormatError(f"{path}: {found['error']}")
-    return found
+        output.seek(max(0, output.seek(0, os.SEEK_END) - 2000))
+        return status, output.read().decode("utf-8", "replace").strip()
 
 
 def _terminate(process: Popen[bytes]) -> None:

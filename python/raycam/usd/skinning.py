@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from .gprims import Faces
+from .faces import Faces
 
 __all__ = ["Skinning"]
 

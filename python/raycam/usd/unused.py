@@ -40,12 +40,11 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     if profile := getattr(value("shaping:ies:file", None), "path", ""):
         said.append(f"its profile {profile!r}")
     kind = prim.GetTypeName()
-    if (
-        kind not in SHAPED
-        and 0 <= value("shaping:cone:angle", 180.0) <= 90
-        and prim.HasAPI(UsdLux.ShapingAPI)
-    ):
-        said.append("its cone")
+    angle = value("shaping:cone:angle", 180.0)
+    if kind in SHAPED and 90 < angle < 180:
+        said.append(f"its cone of {angle:g} degrees (90 are possible): it shines in all directions")
+    elif kind not in SHAPED and angle < 180 and prim.HasAPI(UsdLux.ShapingAPI):
+        said.append(f"its cone of {angle:g} degrees")
     if kind.startswith("DomeLight") and (format := value("texture:format", "automatic")) not in FORMATS:
         said.append(f"the format {format} of its image")
     filters = prim.GetRelationship("light:filters")
@@ -81,12 +80,15 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
 def unused_of_model(prim: Usd.Prim) -> list[str]:
     """The words for a model's or a mesh's properties that raycam does not use."""
-    said = []
+    said: list[str] = []
+    schemas = prim.GetAppliedSchemas()
+    if not schemas:
+        return said
     if prim.HasAPI(UsdGeom.ModelAPI):
         mode = UsdGeom.ModelAPI(prim).GetModelDrawModeAttr().Get() or ""
         if mode not in DRAWN:
             said.append(f"its draw mode {mode}: its meshes are shown")
-    shining = [name for name in prim.GetAppliedSchemas() if name in ("MeshLightAPI", "VolumeLightAPI")]
+    shining = [name for name in schemas if name in ("MeshLightAPI", "VolumeLightAPI")]
     said.extend(f"the light that it gives ({name})" for name in shining)
     return said
 

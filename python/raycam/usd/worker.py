@@ -1,39 +1,32 @@
 """The process that reads a USD file: `python -m raycam.usd.worker FILE FOLDER LIMITS`.
 
-Writes `world.json` for `World.from_dict`, an OBJ file for every mesh, `materials.mtl`, and the images. Supported are
-meshes and gprims with their instances, UsdPreviewSurface materials, cameras and lights, at the first time. Other
-renderable prims are listed in `"notices"`.
+It writes `world.json`, the arrays of meshes and objects, `materials.mtl` and the images into FOLDER. Supported are
+meshes and solids with their instances, UsdPreviewSurface materials, cameras and lights. `"notices"` lists the other
+prims that a renderer shows.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import sys
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from pxr import Gf, Tf, Usd, UsdGeom, UsdLux
+from pxr import Tf, Usd, UsdGeom
 
-from .camera import camera_spec
 from .confinement import Confinement, UsdRejected
-from .gprims import GPRIMS
 from .images import Images
-from .lights import light_spec
-from .materials import Materials
-from .meshes import Meshes, rows
-from .point_instancer import instances
-from .skinning import Skinning
-from .unused import unused_of_camera, unused_of_light, unused_of_model
+from .layers import find_layer_problems, read_unit
+from .notices import StageNotice, group_notices
+from .stage import ReadOptions, StageReader, rate_of
+from .variants import UnknownVariant, list_variants, select_variants
 
 __all__: list[str] = []
 
-GEOMETRY_TYPES = {"Mesh", *GPRIMS}
-"""Types that become objects."""
+MAX_VARIANTS = 20
+"""Variants that a notice lists."""
 
 
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
@@ -63,213 +56,97 @@ class Options:
     memory: int
     bytes: int
     seconds: float
-    triangles: int
+    corners: int
     folder: str
-    """The folder in which all files lie."""
+    """The folder that contains all files."""
     time: float | None = None
     """The time in seconds; None for the first one."""
     single: bool = False
-    """True to write all meshes as one."""
+    """True if all meshes become one object."""
     up: str | None = None
-    """The up axis to which the meshes are turned; None for that of the file."""
+    """The up axis to which objects are turned; None for that of the file."""
+    variant: str | None = None
+    """The variants to select; None for those that the file selects."""
 
 
-class Reader:
-    """The reader of one stage; collects objects, lights and cameras."""
-
-    def __init__(self, stage: Usd.Stage, images: Images, options: Options) -> None:
-        self.objects: list[dict[str, Any]] = []
-        self.lights: list[dict[str, Any]] = []
-        self.cameras: list[dict[str, Any]] = []
-        self.notices: list[str] = []
-        self.unused: list[str] = []
-        """Notices of what prims say that is not used."""
-        self.skipped: Counter[str] = Counter()
-        self.stage = stage
-        self.up = "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"
-        self.moves = False
-        self._bake = options.single
-        self._images = images
-        self._turn = np.eye(4)
-        if options.up is not None and options.up != self.up:
-            # A quarter turn about x.
-            sine = 1.0 if options.up == "z" else -1.0
-            self._turn[1:3, 1:3] = [[0.0, -sine], [sine, 0.0]]
-        self._time = (
-            Usd.TimeCode.EarliestTime() if options.time is None else Usd.TimeCode(options.time * _rate(stage))
-        )
-        self._places = UsdGeom.XformCache(self._time)
-        self._skinning = Skinning(stage, self._time, self._places)
-        self.materials = Materials(images, self._time)
-        self.meshes = Meshes(images.folder, self.materials, self._skinning, self._time, options.triangles)
-
-    def read(self) -> None:
-        """Walks over the stage; a prim that cannot be read is left out with a notice."""
-        walk = iter(Usd.PrimRange.Stage(self.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
-        for prim in walk:
-            if prim.IsA(UsdGeom.PointInstancer):
-                # Prototypes are not objects themselves.
-                walk.PruneChildren()
-            try:
-                self._read_prim(prim)
-            except (ArithmeticError, LookupError, TypeError, ValueError, Tf.ErrorException) as error:
-                words = str(error).strip().splitlines()[-1:] or [type(error).__name__]
-                self.notices.append(f"{prim.GetTypeName()} {prim.GetPath()} is left out: {words[0]}")
-        self.moves = self.moves or self._skinning.moves
-
-    def _read_prim(self, prim: Usd.Prim) -> None:
-        kind = prim.GetTypeName()
-        if kind and not Usd.SchemaRegistry().FindConcretePrimDefinition(kind):
-            self.skipped[f"{kind} prims, of a type that Pixar's library does not know here,"] += 1
-        if _is_seen(prim) and (reason := self._hidden(prim)):
-            self.skipped[f"{reason} prims"] += 1
-            return
-        if self._hidden(prim):
-            return
-        self._say_unused(prim, unused_of_model(prim))
-        from_local = self._places.GetLocalToWorldTransform(prim)
-        if prim.IsA(UsdGeom.Xformable) and not self.moves:
-            self.moves = _might_move(prim)
-        if kind in GEOMETRY_TYPES:
-            self._add(prim.GetName(), prim, from_local)
-        elif prim.IsA(UsdGeom.PointInstancer):
-            self._read_instancer(prim, from_local)
-        elif prim.IsA(UsdGeom.Camera):
-            self.cameras.append(camera_spec(UsdGeom.Camera(prim), from_local, self._time))
-            self._say_unused(prim, unused_of_camera(prim, self._time))
-        elif prim.HasAPI(UsdLux.LightAPI):
-            light, notice = light_spec(prim, from_local, self._images.file, self.up, self._time)
-            self.lights.extend([light] if light else [])
-            self.notices.extend([notice] if notice else [])
-            self._say_unused(prim, unused_of_light(prim, self._time) if light else [])
-        elif _is_seen(prim):
-            self.skipped[f"{kind} prims"] += 1
-
-    def _read_instancer(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
-        source = UsdGeom.PointInstancer(prim)
-        for number, part, place in instances(source, from_local, self._places, self._time):
-            kind = part.GetTypeName()
-            if not _is_seen(part):
-                continue
-            if reason := self._hidden(part):
-                self.skipped[f"{reason} prims"] += 1
-            elif kind in GEOMETRY_TYPES:
-                self._add(f"{prim.GetName()}.{number}", part, place)
-            else:
-                self.skipped[f"{kind} prims"] += 1
-
-    def _say_unused(self, prim: Usd.Prim, words: list[str]) -> None:
-        if words:
-            self.unused.append(
-                f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}: not used: {'; '.join(words)}"
-            )
-
-    def _add(self, name: str, prim: Usd.Prim, world_from_local: Gf.Matrix4d) -> None:
-        matrix = self._turn @ np.array(rows(world_from_local))
-        placed = self.meshes.describe(name, UsdGeom.Gprim(prim), matrix, self._bake)
-        self.objects.extend([placed] if placed else [])
-
-    def _hidden(self, prim: Usd.Prim) -> str | None:
-        """The reason why a prim is not shown; None for one that is."""
-        imageable = UsdGeom.Imageable(prim)
-        if not imageable:
-            return None
-        if imageable.ComputeVisibility(self._time) == UsdGeom.Tokens.invisible:
-            return "invisible"
-        purpose = imageable.ComputePurpose()
-        return str(purpose) if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy) else None
-
-
-def _is_seen(prim: Usd.Prim) -> bool:
-    """True for a prim of a type that a renderer shows, known to raycam or not."""
-    return bool(prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer))
-
-
-def _might_move(prim: Usd.Prim) -> bool:
-    """True for a prim with more than one time sample of its place, shape or visibility."""
-    if UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
-        return True
-    names = ("points", "visibility", "positions", "orientations", "scales")
-    return any(prim.GetAttribute(name).ValueMightBeTimeVarying() for name in names if prim.HasAttribute(name))
-
-
-def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
-    """Reads the file as a dict for `World.from_dict`, and writes meshes and images to the folder."""
+def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
+    """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
     confinement = Confinement(path, Path(options.folder), options.bytes)
     layers = confinement.open_layers()  # the stage uses those that are open
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
-        raise UsdRejected("not a USD stage that Pixar's library can open")
+        raise UsdRejected("Pixar's library cannot open it as a stage")
+    if options.variant is not None:
+        try:
+            select_variants(stage, options.variant)
+        except UnknownVariant as unknown:
+            return {"unknown_variant": str(unknown), "variants": list_variants(stage)[0]}
     images = Images(confinement, folder)
-    reader = Reader(stage, images, options)
+    settings = ReadOptions(options.time, options.single, options.up, options.corners)
+    reader = StageReader(stage, images, settings)
     reader.read()
-    reader.materials.write(folder / "materials.mtl")
+    names, order = reader.materials.write(folder / "materials.mtl", reader.handover.used_materials)
+    reader.handover.write(folder, order)
     confinement.check_loaded()
-    left_out = [f"{count} {what} are left out" for what, count in sorted(reader.skipped.items())]
-    notices = [
-        *(confinement.notices + images.notices + _counted(reader.materials.notices)),
-        *(_counted(reader.meshes.notices) + reader.notices + _counted(reader.unused) + left_out),
-    ]
-    if not reader.objects:
-        has_lost = bool(confinement.has_lost or reader.meshes.notices or reader.notices or left_out)
+    problems = find_layer_problems(stage, confinement.stage_folder)
+    notices = group_notices([*confinement.notices, *problems, *images.notices, *reader.notices])
+    if not reader.handover.names:
+        has_lost = bool(confinement.has_lost or problems or reader.has_lost)
         _check_empty(stage, has_lost, notices, options)
-        notices.append("no meshes or solids in it: nothing to see")
-    unit = _unit(stage)
+        notices.append(StageNotice("empty_file", "the stage contains no meshes or solids"))
+    variants, selected = list_variants(stage)
+    notices.extend(_notices_of_stage(stage, reader, options, variants, selected))
+    return {
+        "world": {"up": reader.up}
+        | ({} if options.single else {"light": reader.lights, "camera": reader.cameras}),
+        "names": reader.handover.names,
+        "materials": names,
+        "notices": [(notice.code, str(notice)) for notice in notices],
+        "files": images.files,
+        "variants": variants,
+    }
+
+
+def _notices_of_stage(
+    stage: Usd.Stage, reader: StageReader, options: Options, variants: list[str], selected: list[str]
+) -> list[StageNotice]:
+    """Notices about the stage as a whole."""
+    notices = []
+    unit = read_unit(stage.GetRootLayer()) or UsdGeom.GetStageMetersPerUnit(stage)
     if unit != 1.0:
-        notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
+        notices.append(
+            StageNotice(
+                "assumed_convention", f"its unit of length is {unit:g} m; coordinates are not converted"
+            )
+        )
     if reader.moves and options.time is None:
-        notices.append(_moving(stage))
-    if options.single:
-        others = len(reader.lights) + len(reader.cameras)
-        notices.extend([f"its {others} lights and cameras are left out: it is one object"] if others else [])
-        objects = [{"mesh": reader.meshes.merge(reader.objects)}]
-        found: dict[str, Any] = {"object": objects}
-    else:
-        found = {"object": reader.objects, "light": reader.lights, "camera": reader.cameras}
-    return {"up": reader.up} | found | {"notices": notices, "files": images.files}
+        notices.append(StageNotice("first_only", _describe_times(stage)))
+    others = len(reader.lights) + len(reader.cameras)
+    if options.single and others:
+        notices.append(
+            StageNotice("ignored_element", f"one object has no lights and cameras: {others} are dropped")
+        )
+    if len(variants) > 1 and options.variant is None:
+        more = f" and {len(variants) - MAX_VARIANTS} more" if len(variants) > MAX_VARIANTS else ""
+        chosen = f"; selected: {', '.join(selected[:MAX_VARIANTS])}" if selected else ""
+        text = f"variants: {', '.join(variants[:MAX_VARIANTS])}{more}{chosen}; select one with variant={variants[-1]!r}"
+        notices.append(StageNotice("first_only", text))
+    return notices
 
 
-def _counted(notices: list[str]) -> list[str]:
-    """Notices "KIND PATH REST", one for all paths where more than three have the same kind and rest."""
-    paths: dict[tuple[str, str], list[str]] = {}
-    for notice in notices:
-        kind, path, rest = re.match(r"(\S+) (/[^\s:]*)(.*)", notice, re.S).groups()  # type: ignore[union-attr]
-        paths.setdefault((kind, rest), []).append(path)
-    return [
-        f"{kind} {path}{rest}"
-        for (kind, rest), found in paths.items()
-        for path in (found if len(found) < 4 else [f"{found[0]} and {len(found) - 1} others"])
-    ]
-
-
-def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[str], options: Options) -> None:
-    """Raises `UsdRejected` for a stage without objects, except where all that it has is something else."""
+def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], options: Options) -> None:
+    """Raises `UsdRejected` for a stage without objects, unless all that it contains is something else."""
     if has_lost or options.single or not stage.GetRootLayer().rootPrims:
-        said = "".join(f"; {notice}" for notice in notices[:5])
-        raise UsdRejected(f"no meshes or solids in it: nothing to see{said}")
+        reasons = "".join(f"; {notice}" for notice in notices[:5])
+        raise UsdRejected(f"it contains no meshes or solids that can be shown{reasons}")
 
 
-def _moving(stage: Usd.Stage) -> str:
-    """The notice that a stage has several moments."""
-    rate = _rate(stage)
+def _describe_times(stage: Usd.Stage) -> str:
+    """The text for a stage with several times."""
+    rate = rate_of(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
-    span = ends if stage.HasAuthoredTimeCodeRange() else ""
-    first = "it moves, and is shown at its first time"
-    return f"{first}: raycam.load(path, time=SECONDS) shows another,{span or ' in seconds'}"
-
-
-def _rate(stage: Usd.Stage) -> float:
-    """The time codes per second; Pixar's default for a stage that says 0 or less."""
-    rate = float(stage.GetTimeCodesPerSecond())
-    return rate if rate > 0 else 24.0
-
-
-def _unit(stage: Usd.Stage) -> float:
-    """The unit of length in metres. Blender 2.8 wrote it as a float, which the stage's own getter ignores."""
-    root = stage.GetRootLayer().pseudoRoot
-    if not root.HasInfo("metersPerUnit"):
-        return UsdGeom.GetStageMetersPerUnit(stage)  # type: ignore[no-any-return]
-    return float(root.GetInfo("metersPerUnit"))
+    span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"
+    return f"it is animated and shown at its first time; raycam.load(path, time=SECONDS) shows another,{span}"
 
 
 def main(path: Path, folder: Path, options: Options) -> None:
@@ -277,20 +154,23 @@ def main(path: Path, folder: Path, options: Options) -> None:
     apply_rlimits(options.memory, options.seconds, options.bytes)
     # Pixar's library also looks for layers in the current folder.
     os.chdir(folder)
+    answer: dict[str, Any]
     try:
-        found = world_dict(path, folder, options)
+        answer = read_stage(path, folder, options)
     except UsdRejected as error:
-        found = {"error": str(error)}
+        answer = {"error": str(error)}
     except Tf.ErrorException as error:
-        found = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}
+        answer = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}
     except MemoryError:
-        found = {"error": f"more memory needed than the budget of {options.memory} bytes"}
-    (folder / "world.json").write_text(json.dumps(found), encoding="utf-8")
+        answer = {
+            "error": f"it exceeds the limits: {options.memory} bytes of memory, {options.corners} face corners"
+        }
+    (folder / "world.json").write_text(json.dumps(answer), encoding="utf-8")
 
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]), Path(sys.argv[2]), Options(**json.loads(sys.argv[3])))
-    # All is written. Threads of Pixar's library may still run, and taking it down at the same time aborts at times.
+    # All is written. Threads of Pixar's library may still run, and ending it at the same time aborts sometimes.
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)

@@ -22,6 +22,7 @@ from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
 from ..render import render
 from ..render.arguments import camera_of, world_of
+from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
 from ..rig import Rig
 from ..sensors import Sensor, sample_sensor
@@ -133,9 +134,7 @@ class VideoPlan:
         found = range(len(self))[start:stop]
         if not found:
             part = f"{'' if start is None else start}:{'' if stop is None else stop}"
-            raise SettingsError(
-                f"frames {part} are none: the video has {len(self)}, from 0 to {len(self) - 1}"
-            )
+            raise SettingsError(f"frames {part} is empty; the video has frames 0 to {len(self) - 1}")
         return found
 
     def time(self, number: int) -> float:
@@ -157,7 +156,13 @@ class VideoPlan:
         if self._world.video is not None:
             camera = self._camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
-        return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+        settings = self._settings if self._rig is None else with_camera_seed(self._settings, self._rig_index)
+        return render(moment, camera, channels="color", progress=progress, **own, **settings)
+
+    @property
+    def _rig_index(self) -> int:
+        """The index of the camera on its rig; 0 without a rig."""
+        return 0 if self._rig is None else list(self._rig[0]).index(self._rig[1])
 
     def sample(
         self, number: int, sensors: Mapping[str, Sensor] | Rig

@@ -319,6 +319,13 @@ class Explain(Message):
 
 
 @dataclass(frozen=True)
+class Forget(Message):
+    """Removes the rays of the explained pixel from the image."""
+
+    KIND = "forget"
+
+
+@dataclass(frozen=True)
 class Snapshot(Message):
     """Requests a file of the still image or of the world."""
 

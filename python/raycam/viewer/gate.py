@@ -7,7 +7,6 @@ foreign DNS server (DNS rebinding) is not an allowed Host.
 
 from __future__ import annotations
 
-import hmac
 import re
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
@@ -51,43 +50,61 @@ class Answer(NamedTuple):
 
 
 def answer_to(
-    path: str, headers: Headers, token: str, allowed: Collection[str] = (), method: str = "GET"
+    path: str,
+    headers: Headers,
+    accepts: Callable[[str], bool],
+    allowed: Collection[str] = (),
+    method: str = "GET",
+    *,
+    forwarded: bool = False,
 ) -> Answer | None:
-    """The answer to a request, or None where the WebSocket may open.
+    """The answer to a request, or None if the WebSocket may open.
 
-    `allowed` are names of hosts beside those of this machine, for forwarding proxies.
+    `accepts` checks a token; `allowed` are host names in addition to those of this machine. `forwarded` is True for a
+    request from a trusted proxy, whose X-Forwarded-Host then counts instead of Host.
     """
-    hosts = headers.get_all("Host")
+    hosts = (headers.get_all("X-Forwarded-Host") if forwarded else []) or headers.get_all("Host")
     match = HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
-    if match is None or match[1].lower() not in {*LOOPBACK, *(name.lower() for name in allowed)}:
-        return _refused(403, "This server does not answer under this name. See raycam view --allow-host.")
+    if match is None:
+        return _refused(403, "Expected exactly one host name in the Host header.")
+    if match[1].lower() not in {*LOOPBACK, *(name.lower() for name in allowed)}:
+        return _refused(
+            403, f"Host {match[1]} is not allowed: start raycam view with --allow-host {match[1]}."
+        )
     if method != "GET":
-        return _refused(405, "This server answers GET alone.")
+        return _refused(405, "This server only supports GET.")
     if headers.get_all("Upgrade"):
-        return _refusal_of_socket(path, headers, hosts[0], token)
+        return _refusal_of_socket(path, headers, hosts[0], accepts)
     pages: dict[str, tuple[str, Callable[[], str]]] = {
         "/": ("text/html", _shell),
         "/client.js": ("text/javascript", bundle),
         "/style.css": ("text/css", style_sheet),
     }
     if path not in pages:
-        return _refused(404, "There is nothing here.")
+        return _refused(404, "Not found.")
     media, text = pages[path]
     return Answer(200, f"{media}; charset=utf-8", text())
 
 
-def _refusal_of_socket(path: str, headers: Headers, host: str, token: str) -> Answer | None:
+def _refusal_of_socket(
+    path: str, headers: Headers, host: str, accepts: Callable[[str], bool]
+) -> Answer | None:
     """The refusal of an upgrade, or None."""
     if path != SOCKET:
-        return _refused(404, "There is nothing here.")
-    if headers.get_all("Origin") not in ([f"http://{host}"], [f"https://{host}"]):
-        return _refused(403, "Another page may not open this socket.")
+        return _refused(404, "Not found.")
+    origins = headers.get_all("Origin")
+    if origins not in ([f"http://{host}"], [f"https://{host}"]):
+        return _refused(
+            403,
+            f"The page's origin {', '.join(origins) or '(none)'} does not match the host {host}. A proxy must pass the "
+            "Host header on, or name the public host in X-Forwarded-Host (raycam view --proxy ADDRESS).",
+        )
     offered = [word.strip() for line in headers.get_all("Sec-WebSocket-Protocol") for word in line.split(",")]
     tokens = [word.removeprefix("token.") for word in offered if word.startswith("token.")]
-    if len(tokens) != 1 or not hmac.compare_digest(tokens[0].encode(), token.encode()):
+    if len(tokens) != 1 or not accepts(tokens[0]):
         return _refused(401, "The token is missing or wrong: open the address that raycam printed.")
     if PROTOCOL not in offered:
-        return _refused(400, f"This server speaks {PROTOCOL}: reload the page.")
+        return _refused(400, f"This server requires the protocol {PROTOCOL}: reload the page.")
     return None
 
 

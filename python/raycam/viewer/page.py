@@ -20,7 +20,7 @@ from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from ..render.arguments import world_of
 from ..render.frame import CHANNELS, VIEWS
-from .web.document import assembled, json_text
+from .web.document import assembled, json_text, still_image
 from .wire import DTYPES, data_url, pack
 
 if TYPE_CHECKING:
@@ -116,7 +116,8 @@ def page(
         "notices": [str(notice) for notice in (*notices, *doubts)],
         "explanations": _explanations(frame, world, pixels),
     }
-    return Page(_document(document, {key: data for key, (_, data) in packed.items()}))
+    still = still_image(frame, exposure, view, title)
+    return Page(_document(document, {key: data for key, (_, data) in packed.items()}, still))
 
 
 def show(frame: Frame, **options: Any) -> Path | Page | None:
@@ -277,9 +278,9 @@ def _explanations(
     return made
 
 
-def _document(document: dict[str, Any], planes: Mapping[str, bytes]) -> str:
+def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
     """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
-    blocks = [f'<script type="application/json" id="document">{json_text(document)}</script>']
+    blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
     for number, data in enumerate(planes.values()):  # names come from files of strangers
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')

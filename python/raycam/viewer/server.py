@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import hmac
 import secrets
 import socket
 import threading
@@ -37,6 +38,7 @@ QUEUED_IN = 8
 SHARED = (Move, Home, LookThrough, Time, Variant, Lens, Pose)
 """The messages that all clients follow with `follow=True`."""
 QUEUED_OUT = 64
+WILDCARDS = ("0.0.0.0", "::")
 MOST_PROBES = 60  # a second
 STRIKES = 3
 TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
@@ -52,12 +54,16 @@ class Server:
         host: str = "127.0.0.1",
         port: int | None = None,
         allow_hosts: Collection[str] = (),
+        proxies: Collection[str] = (),
         follow: bool = False,
     ) -> None:
+        """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host."""
         self._follow = follow
+        self._proxies = frozenset(proxies)
+        self._invitations: set[str] = set()
         self.token = secrets.token_urlsafe(32)
         self._make_session = make_session
-        self._allowed = [*allow_hosts, *([] if host in ("127.0.0.1", "localhost", "::1") else [host])]
+        self._allowed = [*allow_hosts, f"[{host}]" if ":" in host else host]
         self._socket = _listening(host, port)
         self.address: tuple[str, int] = self._socket.getsockname()[:2]
         self.sessions: dict[str, Session] = {}
@@ -68,6 +74,7 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ending: asyncio.Event | None = None
         self._started = threading.Event()
+        self._ended = threading.Event()
         self.scheduler = Scheduler(lambda: list(self.sessions.values()))
         self.answers = Answers()
         self._failure: BaseException | None = None
@@ -81,24 +88,45 @@ class Server:
 
     @property
     def url(self) -> str:
-        """The address to open; the token is in its fragment, which browsers never send."""
+        """The address to open on this machine; the token is in its fragment, which browsers never send."""
+        return self.urls[0]
+
+    @property
+    def urls(self) -> list[str]:
+        """All addresses to open: on every network if the server listens on all of them."""
         host, port = self.address
-        return f"http://{f'[{host}]' if ':' in host else host}:{port}/#t={self.token}"
+        hosts = machine_addresses(host) if host in WILDCARDS else [host]
+        return [f"http://{f'[{each}]' if ':' in each else each}:{port}/#t={self.token}" for each in hosts]
+
+    def invitation(self) -> str:
+        """An address on this machine with a token that works once: a browser's history may keep it."""
+        token = secrets.token_urlsafe(32)
+        self._invitations.add(token)
+        return f"{self.url.split('#')[0]}#t={token}"
+
+    def _accepts(self, token: str) -> bool:
+        """True for the server's token, and for an invitation that was not used yet."""
+        if hmac.compare_digest(token.encode(), self.token.encode()):
+            return True
+        used = [each for each in self._invitations if hmac.compare_digest(token.encode(), each.encode())]
+        self._invitations.difference_update(used)
+        return bool(used)
 
     def close(self) -> None:
         """Tells all clients, and ends."""
         loop, ending = self._loop, self._ending
-        if loop is not None and ending is not None and self._thread.is_alive():
-            loop.call_soon_threadsafe(ending.set)
-        self._thread.join()
+        if loop is not None and ending is not None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                loop.call_soon_threadsafe(ending.set)
+        self._ended.wait()
         self.answers.close()
         self.scheduler.end()
         self.scheduler.join()
 
     def join(self, timeout: float | None = None) -> bool:
         """Waits until the server has ended; returns whether it has."""
-        self._thread.join(timeout)
-        return not self._thread.is_alive()
+        # Not the thread's join: in Python 3.11 Ctrl-C during a join makes the thread look as if it had ended.
+        return self._ended.wait(timeout)
 
     def _run(self) -> None:
         """Serves until the end; a failure before the start is kept for the caller, who waits for it."""
@@ -109,6 +137,8 @@ class Server:
                 raise
             self._failure = failure
             self._started.set()
+        finally:
+            self._ended.set()
 
     async def _serve(self) -> None:
         from websockets.asyncio.server import ServerConnection, serve
@@ -161,7 +191,14 @@ class Server:
         from websockets.http11 import Response
 
         method = getattr(request, "method", "GET")  # websockets before 16 refuses other methods by itself
-        answer = gate.answer_to(request.path, request.headers, self.token, self._allowed, method)
+        allowed = self._allowed
+        if self.address[0] in WILDCARDS:  # an address is no name that a foreign DNS server could have given
+            own = connection.local_address[0].removeprefix("::ffff:")
+            allowed = [*allowed, f"[{own}]" if ":" in own else own]
+        forwarded = connection.remote_address[0].removeprefix("::ffff:") in self._proxies
+        answer = gate.answer_to(
+            request.path, request.headers, self._accepts, allowed, method, forwarded=forwarded
+        )
         if answer is None:
             return None
         body = answer.text.encode()
@@ -221,6 +258,7 @@ class Server:
 
         session.connection.open(send)
         self.emptied = None
+        session.connection.send({"type": "token", "token": self.token})
         session.greet()
         session.receive(Size(hello.width, hello.height, hello.ratio))
         self.scheduler.wake()
@@ -318,6 +356,19 @@ def _listening(host: str, port: int | None) -> socket.socket:
     raise OSError(
         errno.EADDRINUSE, f"ports {PORTS[0]} to {PORTS[-1]} are all in use: give another with --port"
     )
+
+
+def machine_addresses(host: str) -> list[str]:
+    """The addresses under which a server on all networks is reached, this machine's own first."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = ["::1" if family == socket.AF_INET6 else "127.0.0.1"]
+    with contextlib.suppress(OSError):
+        found += [str(each[4][0]) for each in socket.getaddrinfo(socket.gethostname(), None, family)]
+    with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as unsent:
+        # Sends nothing: it shows which of the addresses leads to other networks.
+        unsent.connect(("2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1", 9))
+        found.append(str(unsent.getsockname()[0]))
+    return list(dict.fromkeys(each.partition("%")[0] for each in found if not each.startswith("127.0.1.")))
 
 
 def _silent() -> Any:

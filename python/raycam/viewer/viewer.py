@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -55,6 +56,7 @@ class Viewer:
         host: str = "127.0.0.1",
         port: int | None = None,
         allow_hosts: Collection[str] = (),
+        proxies: Collection[str] = (),
         threads: int | None = None,
         follow: bool = False,
         edit: bool = True,
@@ -97,6 +99,7 @@ class Viewer:
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         self._first = Session(Edits(world), self._camera, **self._options)  # raises for unknown values
+        self._redirects: tempfile.TemporaryDirectory[str] | None = None
         self._server: Server | None = None
         self._widget: Any = None
         if cell:
@@ -104,7 +107,9 @@ class Viewer:
 
             self._widget = make_widget(self._session, title, height)
         else:
-            self._server = Server(self._session, host=host, port=port, allow_hosts=allow_hosts, follow=follow)
+            self._server = Server(
+                self._session, host=host, port=port, allow_hosts=allow_hosts, proxies=proxies, follow=follow
+            )
 
     def _session(self) -> Session:
         return Session(self._edits, self._camera, **self._options)
@@ -126,6 +131,23 @@ class Viewer:
                 "the view is in a cell and has no address: raycam.view(world, cell=False) has one"
             )
         return self._server.url
+
+    @property
+    def urls(self) -> list[str]:
+        """All addresses to open, from other machines too if `host` is one of several. Raises as `url` does."""
+        return [self.url] if self._server is None else self._server.urls
+
+    def redirect_file(self) -> Path:
+        """A page that only this user can read, and that leads to the view once. `close` removes it."""
+        if self._server is None:
+            return Path(self.url)
+        if self._redirects is None:
+            self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-")  # mode 700
+        path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
+        text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"
+        path.touch(mode=0o600)
+        path.write_text(text, encoding="utf-8")
+        return path
 
     def _last(self) -> Session | None:
         """The session that was used last."""
@@ -180,6 +202,8 @@ class Viewer:
         """Tells the clients, and ends the server or the widget."""
         (self._widget if self._server is None else self._server).close()
         self._telling.shutdown(wait=False)
+        if self._redirects is not None:
+            self._redirects.cleanup()
 
     def __enter__(self) -> Viewer:
         """The viewer, which is closed when the block ends."""
@@ -268,7 +292,7 @@ def view(
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)
     print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
-    open_browser(viewer.url, browser)
+    open_browser(viewer, browser)
     interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or "ipykernel" in sys.modules
     if not interactive if block is None else block:
         try:
@@ -286,13 +310,17 @@ def _in_notebook() -> bool:
     return is_there and importlib.util.find_spec("anywidget") is not None
 
 
-def open_browser(url: str, wanted: bool | None = None) -> bool:
-    """Opens an address where that is wanted, by default where the user would see it; returns whether it did."""
+def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
+    """Opens a viewer in the browser if `wanted`, by default if this machine has one; returns whether it did.
+
+    The browser is given a private file that leads to the view with a token that works once: the list of processes shows
+    the file's name only, and the browser's history no token that still works.
+    """
     if not (_has_browser() if wanted is None else wanted):
         return False
     import webbrowser
 
-    return webbrowser.open(url)
+    return webbrowser.open(viewer.redirect_file().as_uri())
 
 
 def _has_browser() -> bool:

@@ -17,10 +17,10 @@ from ..rig import Rig
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
-from .edit import changed_light, changed_object
+from .edit import describe_light_change, describe_object_change
 from .framing import framing_camera
 from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
-from .targets import aimed
+from .targets import aim_light
 from .usd_files import add_usd_object, is_usd
 
 __all__ = ["WorldBuilding"]
@@ -116,7 +116,7 @@ class WorldBuilding(WorldContents):
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
         with self._warning():
-            given = aimed(self, light_keys(description, dict(keys)))
+            given = aim_light(self, light_keys(description, dict(keys)))
             return _core.world_add_light(self._core, plain(given), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
@@ -166,7 +166,7 @@ class WorldBuilding(WorldContents):
         not fit, and the errors of `add_object`; the world is then as before.
         """
         with self._warning():
-            _core.world_set_object(self._core, one_object(which), plain(changed_object(dict(keys))))
+            _core.world_set_object(self._core, one_object(which), plain(describe_object_change(dict(keys))))
 
     def remove_object(self, which: str | int) -> None:
         """Removes an object, by name or number, with the mesh, materials and images that nothing else uses.
@@ -187,9 +187,9 @@ class WorldBuilding(WorldContents):
         """
         lights = self.lights
         number = whole("light", number, 0, len(lights) - 1, error=WorldError)
-        changed, keeps_file = changed_light(lights[number], description, dict(keys))
+        changed, keeps_file = describe_light_change(lights[number], description, dict(keys))
         with self._warning():
-            _core.world_set_light(self._core, number, plain(aimed(self, changed)), keeps_file, None)
+            _core.world_set_light(self._core, number, plain(aim_light(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
         """Removes a light by its index in `lights`; those after it move down. Raises `WorldError`."""
@@ -241,5 +241,5 @@ class WorldBuilding(WorldContents):
 def _camera_name(name: object) -> str:
     """Returns the name of a camera; raises `WorldError` for anything else."""
     if not isinstance(name, str):
-        raise WorldError(f"a camera is called by its name, not {name!r}")
+        raise WorldError(f"camera names must be strings, got {name!r}")
     return name

@@ -52,7 +52,7 @@ def one_object(which: object) -> int | str:
             raise TypeError
         number = operator.index(which)  # type: ignore[arg-type]
     except TypeError:
-        raise WorldError(f"an object is a number or a name, not {which!r}") from None
+        raise WorldError(f"expected an object index or name, got {which!r}") from None
     if abs(number) > MAX_NUMBER:
         raise WorldError(f"object {number} of a world with fewer than {MAX_NUMBER}")
     return number

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -26,16 +26,18 @@ __all__ = ["WorldContents"]
 class WorldContents:
     """Base of `World` with what a world contains."""
 
-    __slots__ = ("_bare", "_core", "_folder")
+    __slots__ = ("_bare", "_core", "_folder", "_stage_variants")
 
     _core: CoreWorld
     _folder: str | None
     _bare: Self | None
+    _stage_variants: tuple[str, ...]
 
     @classmethod
-    def _of(cls, core: CoreWorld) -> Self:
+    def _of(cls, core: CoreWorld, stage_variants: Sequence[str] = ()) -> Self:
         world = cls.__new__(cls)
         world._core, world._folder, world._bare = core, None, None
+        world._stage_variants = tuple(stage_variants)
         return world
 
     # Contents ---------------------------------------------------------------------------------------------
@@ -157,6 +159,10 @@ class WorldContents:
 
     def camera(self, name: str) -> Camera:
         """The camera of this name; raises `WorldError` with the nearest known name."""
+        if not isinstance(name, str):
+            raise WorldError(
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+            )
         return Camera._of(self._core.camera(name), self.up)
 
     # Copies, times and variants ---------------------------------------------------------------------------
@@ -204,11 +210,18 @@ class WorldContents:
 
     @property
     def variants(self) -> list[str]:
-        """The names of the material variants."""
-        return self._core.variants
+        """The names of the material variants of glTF; for USD, all variants as "SET=NAME", for `load(variant=)`."""
+        return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> Self:
-        """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
+        """The same world with the material variant of this name; raises `WorldError` with the nearest known name.
+
+        Variants of USD change the geometry as well: `load(path, variant=)` selects them.
+        """
+        if self._stage_variants:
+            raise WorldError(
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+            )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
         )

@@ -50,7 +50,7 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
         and (array % 1 == 0).all()
     ):
         raise WorldError(
-            f"{name}: numbers are linear and lie in 0..=1; these go up to {array.max():g}: bytes in sRGB are given as"
+            f"{name}: numbers are linear, from 0 to 1; these go up to {array.max():g}: bytes in sRGB are given as"
             f" numpy.uint8({name})"
         )
     return array

@@ -11,7 +11,7 @@ from .description import corner_values, indices
 from .keys import light_keys, object_keys
 from .usd_files import is_usd
 
-__all__ = ["changed_light", "changed_object"]
+__all__ = ["describe_light_change", "describe_object_change"]
 
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
 """The columns of the arrays of a mesh besides its vertices."""
@@ -20,7 +20,7 @@ EITHER = (("power", "intensity"), ("radiance", "zenith"), ("radiance", "horizon"
 """Pairs of keys of lights of which one replaces the other."""
 
 
-def changed_object(keys: dict[str, Any]) -> dict[str, Any]:
+def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     """The description of what changes of an object; raises `WorldError`.
 
     `faces` is the name of `triangles` that `World.add_mesh` has, `material` a dict of material keys; `normals` may be
@@ -57,7 +57,7 @@ def changed_object(keys: dict[str, Any]) -> dict[str, Any]:
     return given
 
 
-def changed_light(
+def describe_light_change(
     light: Mapping[str, Any], description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
     """The whole description of a light after a change, and True if it keeps its image or profile."""

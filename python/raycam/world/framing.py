@@ -41,7 +41,7 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
 """Directions from the middle to the eye by name: to the right, to the front and up."""
 FOV = 45.0
 """Degrees, vertical: the field of view of a framing camera."""
-MARGIN = 0.9
+FILLED_SHARE = 0.9
 """The part of the picture, from its middle, that the world fills."""
 MAX_TRIANGLES = 400_000
 """Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
@@ -54,7 +54,7 @@ MAX_SQUARES = 1000
 """Worlds with more squares are searched by name only."""
 GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
 """The names of the squares of `World.add_ground` and `add_studio`, unless the user names them."""
-MOMENTS = 9
+MOMENT_COUNT = 9
 """The times, evenly from its beginning to its end, by which a motion is framed."""
 
 
@@ -102,7 +102,7 @@ def framing_camera(
     if camera is not None:
         return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
-    reach = MARGIN * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
+    reach = FILLED_SHARE * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
     # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
     left_of = (-seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     right_of = (seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
@@ -123,7 +123,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     """
     if camera.is_parallel:
         raise CameraError("the rays of this camera are parallel: no distance makes the world fit its picture")
-    half = MARGIN * zoom * np.array(camera.size) / 2
+    half = FILLED_SHARE * zoom * np.array(camera.size) / 2
     center = np.array(camera.size) / 2 + camera.corner
     axis, rotation = rotation[2], _turned_to(camera, center, rotation)
     radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
@@ -149,7 +149,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
         return high
 
     # A few extreme points decide; those that are out all the same join them.
-    few = points[np.unique([int(product(points, way).argmax()) for way in WAYS])]
+    few = points[np.unique([int(product(points, way).argmax()) for way in EXTREME_DIRECTIONS])]
     while True:
         distance = nearest(few)
         beyond = excess(distance, points)
@@ -186,7 +186,7 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
     if world.video is not None:
         lengths.append(world.video.seconds)
     length = max(lengths, default=0.0)
-    times = [length * number / (MOMENTS - 1) for number in range(MOMENTS)] if length > 0 else []
+    times = [length * number / (MOMENT_COUNT - 1) for number in range(MOMENT_COUNT)] if length > 0 else []
     return [world.at(time, animation) for time in times]
 
 
@@ -265,16 +265,18 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
     level = [number for number in range(3) if number != axis]
     radius = np.sqrt(((points[:, level] - middle[level]) ** 2).sum(axis=1))
     low, high = points[:, axis].min(), points[:, axis].max()
-    step = (high - low) / RINGS or 1.0
-    ring = np.minimum(((points[:, axis] - low) / step).astype(int), RINGS - 1)
-    widest = np.zeros(RINGS)
+    step = (high - low) / RING_COUNT or 1.0
+    ring = np.minimum(((points[:, axis] - low) / step).astype(int), RING_COUNT - 1)
+    widest = np.zeros(RING_COUNT)
     np.maximum.at(widest, ring, radius)
-    angles = [2 * math.pi * number / CORNERS for number in range(CORNERS)]
-    corner = np.array([[math.cos(angle), math.sin(angle)] for angle in angles]) / math.cos(math.pi / CORNERS)
+    angles = [2 * math.pi * number / RING_CORNER_COUNT for number in range(RING_CORNER_COUNT)]
+    corner = np.array([[math.cos(angle), math.sin(angle)] for angle in angles]) / math.cos(
+        math.pi / RING_CORNER_COUNT
+    )
     found = []
-    for number in range(RINGS):
+    for number in range(RING_COUNT):
         for height in (low + number * step, low + (number + 1) * step):
-            around = np.empty((CORNERS, 3))
+            around = np.empty((RING_CORNER_COUNT, 3))
             around[:, level] = middle[level] + widest[number] * corner
             around[:, axis] = height
             found.append(around)
@@ -283,9 +285,9 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
 
 MAX_DISTANCE = 1e6
 """The farthest that a framing camera stands, in radii of the world."""
-WAYS = np.array(
+EXTREME_DIRECTIONS = np.array(
     [[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)], float
 )
 """Directions [26, 3] to the corners, edges and sides of a box, in which extreme points are looked for."""
-RINGS, CORNERS = 32, 32
+RING_COUNT, RING_CORNER_COUNT = 32, 32
 """The rings that bound a turning world, and the corners of each."""

@@ -64,6 +64,7 @@ class ObjectKeys(TypedDict, total=False):
     shininess: float
     emission: float | npt.ArrayLike
     opacity: float
+    alpha: Literal["opaque", "blend"]
     metal: str
     roughness: float
     ior: float

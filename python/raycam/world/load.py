@@ -12,7 +12,7 @@ from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
 from .missing_files import check_exists, recipe_named
-from .usd_files import load_usd, usd_named
+from .usd_files import explain_usd, load_usd
 from .world import World
 
 __all__ = ["load"]
@@ -33,7 +33,8 @@ def load(
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
     `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`.
-    `variant` is the name of a material variant of a glTF file.
+    `variant` is the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}",
+    several separated by commas: all prims with that variant change. `World.variants` lists them.
 
     `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
     images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
@@ -56,14 +57,15 @@ def load(
         raise SettingsError(f"path must be the path of a world or model, not {type(path).__name__}")
     check_exists(path)
     if Path(path).suffix.lower() in usd.SUFFIXES:
-        world = World._of(load_usd(path, texture_memory, folder, time))
+        core, variants = load_usd(path, texture_memory, folder, time, variant)
+        world, variant = World._of(core, variants), None
     elif time is not None:
         raise SettingsError(f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)")
     else:
         if folder is not None:
             check_folder(path, folder)
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with usd_named(), recipe_named(path):
+        with explain_usd(), recipe_named(path):
             world = World._of(_core.World.load(os.fspath(path), folder, limit))
     if up is not None and up != world.up:
         world = _turned(world, up, path)

@@ -1,6 +1,6 @@
 """The studio: a soft key light, a grey room that metals reflect, and a floor without an edge.
 
-The room's radiance below the horizon is that of the lit floor, so the floor may end anywhere and nobody sees where.
+The room's radiance below the horizon is that of the lit floor, so the floor's edge is invisible.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ FLOOR = 0.62
 """The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
 
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
-"""The sides of the studio's floor, whose edge nobody sees, and of other grounds, in diagonals of the world's bounds."""
-GAP = 1e-4
+"""The sides of the studio's floor and of other grounds, in diagonals of the world's bounds."""
+GROUND_GAP = 1e-4
 """The distance between the world and the ground, in half diagonals: none of its faces lies in the ground's plane."""
 KEY_AZIMUTH, KEY_ELEVATION, KEY_DIAMETER = -37.0, 50.0, 15.0
 """Degrees: of the key light, to the right of the camera; above the horizon; across."""
-KEY, ROOM = 2.5, 0.55
+KEY_IRRADIANCE, ROOM_RADIANCE = 2.5, 0.55
 """The irradiance of the key light and the radiance of the room, before the floor's radiance becomes `FLOOR`."""
 SOFTBOXES = ((35.0, 40.0, 30.0, 50.0, 1.5), (-110.0, 35.0, 16.0, 50.0, 1.0))
 """Lights in the room: azimuth and elevation, width and height, in degrees, and radiance."""
-ROWS = 128
+ROOM_IMAGE_ROWS = 128
 """Rows of the room's picture."""
 
 
@@ -53,7 +53,7 @@ def add_ground(
     radius = float(np.sqrt(((high - low) ** 2).sum())) / 2 or 1.0
     axis = 2 if world.up == "z" else 1
     middle = (low + high) / 2
-    middle[axis] = low[axis] - GAP * radius if height is None else height
+    middle[axis] = low[axis] - GROUND_GAP * radius if height is None else height
     side = 2 * GROUND_SIDE * radius if size is None else size
     right, front, upward = axes_of(world.up)
     matrix = np.eye(4)
@@ -81,7 +81,10 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
         add_ground(world, name="studio floor", size=FLOOR_SIDE * (diagonal or 2.0))
     world.add_light(type="environment", image=image)
     world.add_light(
-        type="sun", direction=(-to_key).tolist(), irradiance=KEY * scale, angular_diameter=KEY_DIAMETER
+        type="sun",
+        direction=(-to_key).tolist(),
+        irradiance=KEY_IRRADIANCE * scale,
+        angular_diameter=KEY_DIAMETER,
     )
 
 
@@ -109,7 +112,7 @@ def _is_above(world: WorldContents, camera: Camera) -> bool:
 def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
     """The equirectangular picture of the room, and the factor that the key light shares with it."""
     # No sine, exponential or sum of NumPy: their last bits depend on the processor.
-    heights = [90.0 - 180.0 * (row + 0.5) / ROWS for row in range(ROWS)]
+    heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]
     cosine = np.array([math.cos(math.radians(height)) for height in heights])[:, None]
     sine = np.array([math.sin(math.radians(height)) for height in heights])[:, None]
@@ -117,15 +120,19 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
     # To the right in the picture is clockwise from above; to the right of the camera is the other way.
-    azimuth = start - (np.arange(2 * ROWS) + 0.5 - ROWS)[None] * (180.0 / ROWS)
-    sky = np.full((ROWS, 2 * ROWS), ROOM)
+    azimuth = start - (np.arange(2 * ROOM_IMAGE_ROWS) + 0.5 - ROOM_IMAGE_ROWS)[None] * (
+        180.0 / ROOM_IMAGE_ROWS
+    )
+    sky = np.full((ROOM_IMAGE_ROWS, 2 * ROOM_IMAGE_ROWS), ROOM_RADIANCE)
     for at, above, wide, high, radiance in SOFTBOXES:
         across = np.abs((azimuth - at + 180) % 360 - 180) * cosine
         sky += radiance * _edge(wide / 2 - across, 4.0) * _edge(high / 2 - np.abs(degrees - above), 4.0)
     lifted = _edge(degrees - 16, 12.0)  # the room above a seamless horizon
-    weight = np.where(degrees > 0, sine * cosine * (math.pi / ROWS) ** 2, 0.0)
-    received = math.fsum((lifted * sky * weight).ravel()) + KEY * math.sin(math.radians(KEY_ELEVATION))
-    returned = math.fsum(((1 - lifted) * weight).ravel()) * 2 * ROWS
+    weight = np.where(degrees > 0, sine * cosine * (math.pi / ROOM_IMAGE_ROWS) ** 2, 0.0)
+    received = math.fsum((lifted * sky * weight).ravel()) + KEY_IRRADIANCE * math.sin(
+        math.radians(KEY_ELEVATION)
+    )
+    returned = math.fsum(((1 - lifted) * weight).ravel()) * 2 * ROOM_IMAGE_ROWS
     # The horizon h is the floor's radiance: h = albedo / pi (received + returned h).
     horizon = FLOOR / math.pi * received / (1 - FLOOR / math.pi * returned)
     radiance_map = np.where(degrees > 0, lifted * sky + (1 - lifted) * horizon, horizon)

@@ -10,13 +10,13 @@ from ..arguments import Floats, floats
 from ..errors import WorldError, nearest
 from .contents import WorldContents
 
-__all__ = ["aimed"]
+__all__ = ["aim_light"]
 
 DIRECTED = ("sun", "spot", "disk", "ies")
 """The types of lights that have a direction."""
 
 
-def aimed(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
+def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     """The keys of a light, with its `target` replaced by a direction, or by the edges of an area light.
 
     Raises `WorldError` for a light that shines into all directions, and where `position` is missing.

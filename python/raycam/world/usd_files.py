@@ -14,7 +14,7 @@ from ..errors import FormatError, Notice
 from ..io import memory_limits
 from .description import plain
 
-__all__ = ["add_usd_object", "is_usd", "load_usd", "usd_named"]
+__all__ = ["add_usd_object", "explain_usd", "is_usd", "load_usd"]
 
 
 def is_usd(name: object) -> bool:
@@ -27,23 +27,18 @@ def load_usd(
     texture_memory: int | str | None,
     root: str | os.PathLike[str] | None,
     time: float | None,
-) -> _core.World:
-    """The world of a USD file."""
+    variant: str | None,
+) -> tuple[_core.World, list[str]]:
+    """The world of a USD file, and its variants as "SET=NAME"."""
     from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
-        description = usd.read(path, Path(folder), root=root, time=time)
-        said, files = description.pop("notices"), description.pop("files")
-        try:
-            limit = memory_limits.parse_size("texture_memory", texture_memory)
-            core = _core.world_from_dict(plain(description), folder, limit)
-        except FormatError as error:
-            raise FormatError(_of_usd(str(error), path, folder, files)) from None
-        notices = _notices_of_usd(core.notices, path, folder, files)
-        core.set_notices(
-            [*notices, *(Notice(f"{os.fspath(path)}: {notice}", "ignored_feature") for notice in said)]
-        )
-    return core
+        stage = usd.read(path, Path(folder), root=root, time=time, variant=variant)
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        with _original_names(path, folder, stage.files):
+            core = _core.world_from_polygons(plain(stage.world), stage.polygons, folder, limit)
+        _set_notices(core, 0, path, folder, stage)
+    return core, stage.variants
 
 
 def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) -> int:
@@ -61,60 +56,62 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
     from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
-        found = usd.read(path, Path(folder), root=root if inside else None, single=True, up=up)
-        said, files = found["notices"], found["files"]
+        stage = usd.read(path, Path(folder), root=root if inside else None, single=True, up=up)
         before = len(core.notices)
-        keys["mesh"] = os.path.join(folder, found["object"][0]["mesh"])
-        try:
-            number = _core.world_add_object(core, plain(keys), None)
-        except FormatError as error:
-            raise FormatError(_of_usd(str(error), path, folder, files)) from None
-        if up is not None and up != found["up"]:
-            said.append(f"its up axis, {found['up']}, is turned to {up}: upright = false keeps it")
-        if up is None and upright is None and core.up != found["up"]:
-            said.append(
-                f"its up axis, {found['up']}, is not turned to {core.up}, because matrix applies to the file's own "
-                "axes; upright = true turns it before matrix is applied"
+        with _original_names(path, folder, stage.files):
+            number = _core.world_add_polygons(core, plain(keys), stage.polygons, folder)
+        own = stage.world["up"]
+        if up is not None and up != own:
+            text = f"its up axis, {own}, is turned to {up}; upright=False keeps it"
+            stage.notices.append(("converted_up_axis", text))
+        if up is None and upright is None and core.up != own:
+            text = (
+                f"its up axis, {own}, is not turned to {core.up}, because matrix applies to the file's own axes; "
+                "upright=True turns it before matrix is applied"
             )
-        notices = _notices_of_usd(core.notices[before:], path, folder, files)
-        core.set_notices(
-            [
-                *core.notices[:before],
-                *notices,
-                *(Notice(f"{path}: {notice}", "ignored_feature") for notice in said),
-            ]
-        )
+            stage.notices.append(("converted_up_axis", text))
+        _set_notices(core, before, path, folder, stage)
     return number
 
 
 @contextlib.contextmanager
-def usd_named() -> Iterator[None]:
-    """Adds what to do to the error that a description names a USD file, which only Python reads."""
+def explain_usd() -> Iterator[None]:
+    """Adds a remedy to the error that a description names a USD file, which only Python reads."""
     try:
         yield
     except FormatError as error:
         place, found, _ = str(error).partition(": unknown kind of file")
         if found and place.lower().endswith(usd.SUFFIXES):
             raise FormatError(
-                f"{place}: a description cannot name USD files: convert it once,"
+                f"{place}: a world file cannot name USD files; convert it once with"
                 ' raycam.load("x.usd").to_gltf("x.glb"), or use World.add_object(mesh="x.usd")'
             ) from None
         raise
 
 
-def _notices_of_usd(
-    notices: list[Notice], path: str | os.PathLike[str], folder: str, files: dict[str, str]
-) -> list[Notice]:
-    """The notices of files that the worker wrote, with the stage's names; what alpha does, its materials say."""
-    return [
-        Notice(_of_usd(str(notice), path, folder, files), notice.code)
-        for notice in notices
-        if notice.code != "unused_alpha"
+def _set_notices(
+    core: _core.World, first: int, path: str | os.PathLike[str], folder: str, stage: usd.StageContents
+) -> None:
+    """Replaces the names of temporary files in the world's notices from `first` on, and adds those of the stage."""
+    own = [
+        Notice(_name_originals(str(notice), path, folder, stage.files), notice.code)
+        for notice in core.notices[first:]
     ]
+    stage_notices = [Notice(f"{os.fspath(path)}: {text}", code) for code, text in stage.notices]
+    core.set_notices([*core.notices[:first], *own, *stage_notices])
 
 
-def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
-    """Replaces the names of temporary files in a message by those of the USD file and its images."""
-    shown, made = os.fspath(path), re.compile(re.escape(folder + os.sep) + r"([^/\\:]+)(:\d+)?")
-    text = made.sub(lambda found: files.get(found[1], shown), text)
+@contextlib.contextmanager
+def _original_names(path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> Iterator[None]:
+    """Replaces the names of temporary files in an error."""
+    try:
+        yield
+    except FormatError as error:
+        raise FormatError(_name_originals(str(error), path, folder, files)) from None
+
+
+def _name_originals(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
+    """Replaces the names of temporary files in a text by those of the USD file and its images."""
+    shown, temporary = os.fspath(path), re.compile(re.escape(folder) + r"(?:[/\\]+([^/\\:]+)(:\d+)?)?")
+    text = temporary.sub(lambda match: files.get(match[1], shown), text)
     return text if text.startswith(shown) else f"{shown}: {text}"

@@ -22,7 +22,7 @@ from .description import plain
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
 from .studio import add_ground, add_studio
-from .usd_files import usd_named
+from .usd_files import explain_usd
 
 __all__ = ["World"]
 
@@ -57,6 +57,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         self._folder = None if folder is None else os.fspath(Path(folder).absolute())
         self._core = _core.World(up, self._folder or "", limit)
         self._bare: World | None = None
+        self._stage_variants = ()
 
     @classmethod
     def from_dict(
@@ -72,7 +73,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with usd_named():
+        with explain_usd():
             world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
         return world

@@ -18,12 +18,12 @@ ORDER = {
         triangles lib
     """,
     "formats": """
-        error budget io encode geometry image codec obj ply stl off ies gltf world_file bundle registry
+        error budget io encode geometry image codec obj ply stl off ies gltf polygon_arrays world_file bundle registry
         asset_loader lib
     """,
     "calibration": """
         document pose rig_mount record rig files folder picture_size intrinsics plausibility
-        colmap ros opencv kitti calibration_tools slam_settings devices bop trajectory photogrammetry view_synthesis
+        colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
         radiance_fields datasets open_folder formats lib
     """,
     "render": """
@@ -40,7 +40,7 @@ ORDER = {
     "python": """
         errors codes notices progress arguments read_only _serialization io camera sensors/sensor rig usd world
         calibration reference render sensors annotations
-        interop data randomize jobs cluster video dataset calibration_check explanation viewer
+        interop data randomize jobs cluster video dataset calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
     """,

@@ -96,7 +96,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     } else {
         return Err(world_error(format!("an image of dtype {}: expected uint8 or floats", array.dtype())));
     };
-    Ok(Image { name: String::new(), size: [width as u32, height as u32], texels })
+    Ok(Image::new("", [width as u32, height as u32], texels))
 }
 
 /// Grey, grey and alpha, RGB or RGBA as RGBA.

@@ -89,7 +89,7 @@ pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> 
 
 impl World {
     /// Adds what a description says, while other threads of Python run.
-    fn add_description<T: Send>(
+    pub(crate) fn add_description<T: Send>(
         &self,
         py: Python<'_>,
         within: Option<PathBuf>,

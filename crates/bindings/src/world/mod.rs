@@ -6,6 +6,7 @@ pub(crate) mod edit;
 pub(crate) mod from_description;
 mod light;
 pub(crate) mod many;
+pub(crate) mod polygons;
 pub(crate) mod rigs;
 pub(crate) mod state;
 

@@ -1,5 +1,6 @@
-//! Files that calibration programs write: Kalibr, camodocal, mrcal, Basalt. OpenCV's have their own folder.
+//! Files that calibration programs write: Anipose, Kalibr, camodocal, mrcal, Basalt. OpenCV's have their own folder.
 
+pub(crate) mod anipose;
 pub(crate) mod basalt;
 pub(crate) mod camodocal;
 pub(crate) mod kalibr;

@@ -1,21 +1,62 @@
 //! mrcal's `.cameramodel`: a Python literal with `lensmodel`, `intrinsics`, `extrinsics` (a rotation vector and t,
 //! camera_from_reference) and `imagersize`. Source: mrcal's documentation, "Camera model file formats".
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("LENSMODEL_") && text.contains("lensmodel")
 }
 
+/// The literal as YAML: texts in double quotes, tuples as lists, without comments, and with byte strings (`b'...'`, the
+/// packed input of the optimization) empty.
+fn yaml_of(literal: &str) -> String {
+    let mut text = String::with_capacity(literal.len());
+    let mut chars = literal.chars().peekable();
+    let mut bytes = false;
+    while let Some(c) = chars.next() {
+        match c {
+            'b' if matches!(chars.peek(), Some('\'' | '"')) => bytes = true,
+            '\'' | '"' => {
+                text.push('"');
+                while let Some(inner) = chars.next() {
+                    match inner {
+                        '\\' => {
+                            let escaped = chars.next().unwrap_or(' ');
+                            match (bytes, escaped) {
+                                (false, '"' | '\\') => text.extend(['\\', escaped]),
+                                (false, _) => text.push(escaped),
+                                (true, _) => {}
+                            }
+                        }
+                        _ if inner == c => break,
+                        '"' if !bytes => text.push_str("\\\""),
+                        '\n' => text.push('\n'),
+                        _ if !bytes => text.push(inner),
+                        _ => {}
+                    }
+                }
+                text.push('"');
+                bytes = false;
+            }
+            '#' => while chars.next_if(|c| *c != '\n').is_some() {},
+            '(' => text.push('['),
+            ')' => text.push(']'),
+            '\t' => text.push(' '),
+            c => text.push(c),
+        }
+    }
+    text
+}
+
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
-    let node = yaml::parse(source.text()?, &source.path)?;
+    let node = yaml::parse(&yaml_of(source.text()?), &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut record = CameraRecord::new(source.stem().unwrap_or_else(|| "camera".into()), PixelCenter::Integer);
     let model = root.any(&["lensmodel", "lens_model", "distortion_model"]);
@@ -47,10 +88,22 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some([width, height]) = size.as_deref() {
         record.size = Some([width.count()?, height.count()?]);
     }
-    if let Some(at) = root.get("extrinsics") {
+    let pose_of = |at: Cursor<'_>| {
         let [rx, ry, rz, x, y, z] = at.array()?;
-        let r = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(rx, ry, rz)));
-        record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), DVec3::new(x, y, z)));
+        let rotation = Rotation::from_vector([rx, ry, rz]).map_err(|message| at.fail(message))?;
+        Ok::<_, FormatError>(Pose::camera_from_world(rotation, DVec3::new(x, y, z)))
+    };
+    let older = root.get("extrinsics").map(pose_of).transpose()?;
+    if let Some(at) = root.get("rt_cam_ref") {
+        let pose = pose_of(at.clone())?;
+        if older.is_some_and(|older| older != pose) {
+            return Err(at.fail("extrinsics has another pose: expected one of them"));
+        }
+        record.pose = Some(pose);
+    } else if let Some(at) = root.get("rt_ref_cam") {
+        record.pose = Some(pose_of(at)?.inverted());
+    } else {
+        record.pose = older;
     }
     let known = [
         "lensmodel",
@@ -58,6 +111,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         "distortion_model",
         "intrinsics",
         "extrinsics",
+        "rt_cam_ref",
+        "rt_ref_cam",
         "imagersize",
         "imager_size",
         "valid_intrinsics_region",

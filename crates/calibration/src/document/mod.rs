@@ -5,6 +5,7 @@ pub(crate) mod lens_keys;
 pub(crate) mod npy;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
+pub(crate) mod toml_tree;
 pub(crate) mod unread;
 pub(crate) mod xml;
 pub(crate) mod xml_element;
@@ -13,6 +14,7 @@ pub(crate) mod zip_members;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
+use raycam_scene::camera::nearest_rotation;
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, suggestion};
 
 use raycam_formats::{FormatError, Result};
@@ -261,18 +263,9 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     Ok(rows)
 }
 
-/// Refuses a matrix that is further than 1e-3 from a rotation.
+/// Refuses a matrix that is not close enough to a rotation.
 pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
-    let off = (r * r.transpose() - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    if off.is_nan() || off > 1e-3 {
-        return Err(format!(
-            "no rotation: R R\u{1d40} differs from the identity by {off:.2e}; a scale, or another matrix?"
-        ));
-    }
-    if r.determinant() < 0.0 {
-        return Err("a mirror (its determinant is -1), and no rotation: check the signs of its axes".into());
-    }
-    Ok(())
+    nearest_rotation(r).map(|_| ())
 }
 
 /// R and t of the rows of a 3x4 matrix.
@@ -289,7 +282,15 @@ pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
         }
         "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
         "fov" => LensModel::Fov,
-        "none" | "" if given.iter().all(|v| *v == 0.0) => return Ok(Lens::Pinhole),
+        "none" | "" => {
+            return match given.iter().find(|v| **v != 0.0) {
+                None => Ok(Lens::Pinhole),
+                Some(value) => Err(format!(
+                    "the lens model is {name:?}, but a coefficient is {value}: state the model of the coefficients, or \
+                     remove them"
+                )),
+            };
+        }
         // raycam's own names of the others.
         _ => LensModel::from_name(name).map_err(|_| {
             let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];

@@ -53,3 +53,202 @@ pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'stati
     let (name, _, way) = UNREAD.iter().find(|(_, marks, _)| marks.iter().all(|mark| text.contains(mark)))?;
     Some((name, way))
 }
+
+/// A format whose files are recognised by a function of their text.
+struct UnreadFormat {
+    name: &'static str,
+    detect: fn(&str) -> bool,
+    remedy: &'static str,
+}
+
+const fn unread_format(name: &'static str, detect: fn(&str) -> bool, remedy: &'static str) -> UnreadFormat {
+    UnreadFormat { name, detect, remedy }
+}
+
+const AS_JSON: &str = "write K, dist, img_size and R, T (camera_from_world) of each camera as JSON";
+
+/// Formats that readers of other formats would take for their own: recognised before these.
+const UNREAD_FORMATS: [UnreadFormat; 20] = [
+    unread_format(
+        "BAL (bundle adjustment in the large)",
+        is_bal,
+        "export the problem as a Bundler file (bundle.out), or write fx, k1, k2, R and t as JSON",
+    ),
+    unread_format(
+        "Qualisys Track Manager",
+        |text| {
+            has_all(text, &["<calibration", "<camera", "fov_video"])
+                || has_all(text, &["<calibration", "focallength", "sensorMinU"])
+        },
+        "convert it with Pose2Sim (calib_type = 'convert', 'qualisys') to calibration.toml, which raycam reads",
+    ),
+    unread_format(
+        "Kubric",
+        |text| has_all(text, &["\"sensor_width\"", "\"quaternions\"", "\"positions\""]),
+        "focal_length / sensor_width times the image width is fx; positions and quaternions (w first) are world_from_camera with OpenGL axes: save 4x4 matrices, then load them with axes=\"opengl\"",
+    ),
+    unread_format(
+        "SceneFlow (FlyingThings3D, Driving, Monkaa)",
+        is_scene_flow,
+        "each L and R line is world_from_camera with OpenGL axes: save one as a 4x4 matrix, then load it with axes=\"opengl\"; K is in the data set's page (fx 1050, cx 479.5, cy 269.5)",
+    ),
+    unread_format(
+        "EasyMocap",
+        |text| text.contains("names:") && (text.contains("\nK_") || text.contains("\nRot_")),
+        "write K_NAME and dist_NAME of intri.yml, Rot_NAME (as R) and T_NAME of extri.yml into a map for each camera in one file",
+    ),
+    unread_format(
+        "OKVIS",
+        |text| has_all(text, &["T_SC", "image_dimension", "focal_length"]),
+        "write intrinsics, distortion_coeffs and T_SC as T_BS into a sensor.yaml of EuRoC for each camera",
+    ),
+    unread_format(
+        "hloc's list of query images",
+        is_hloc,
+        "COLMAP reads these models: write cameras.txt of a COLMAP model (id, model, width, height, parameters)",
+    ),
+    unread_format(
+        "Pix4D",
+        |text| {
+            text.starts_with("fileName imageWidth imageHeight")
+                || text.starts_with("imageName X Y Z Omega Phi Kappa")
+                || text.contains("Pix4D camera calibration file")
+        },
+        "export the project as Bundler (bundle.out) or OPF, or write K, dist, R and T as JSON",
+    ),
+    unread_format(
+        "DSEC",
+        |text| text.contains("camRect0:"),
+        "write camera_matrix and distortion_coeffs of a camera with the resolution as JSON (K, dist, img_size); extrinsics T_10 go into T_cn_cnm1 of a Kalibr camchain",
+    ),
+    unread_format(
+        "WoodScape",
+        |text| has_all(text, &["\"cx_offset\"", "\"poly_order\""]),
+        "its polynomial of the angle has no lens model in raycam: fit cv2.fisheye to it, then write K and D with \"fisheye\": 1",
+    ),
+    unread_format(
+        "Unity Perception",
+        |text| has_all(text, &["\"captures\"", "\"camera_intrinsic\""]) || text.contains("type.unity.com/unity.solo"),
+        "camera_intrinsic is in units of half the image: multiply it by half the size, mirror y (Unity is left-handed), and write K, R and T as JSON",
+    ),
+    unread_format(
+        "InfiniTAM",
+        is_infinitam,
+        "lines 2 and 3 are fx fy and cx cy of the colour camera: write them with the size as JSON (K, img_size)",
+    ),
+    unread_format("iKalibr", |text| text.contains("CalibParam") && text.contains("INTRI"), AS_JSON),
+    unread_format(
+        "FAST-LIVO",
+        |text| has_all(text, &["Rcl:", "Pcl:"]),
+        "load the camera from its camera_pinhole.yaml; Rcl and Pcl (camera_from_lidar) are R and T",
+    ),
+    unread_format(
+        "DexYCB",
+        |text| text.contains("ppx") && text.contains("color:") && text.contains("depth:") && !text.contains('{'),
+        "color holds fx fy ppx ppy of 640 x 480 images: write them as JSON (K, img_size)",
+    ),
+    unread_format(
+        "DSO's camera.txt",
+        is_dso,
+        "for RadTan or EquiDistant write K, dist and the size as JSON; for the FOV model multiply fx, cx by the width and fy, cy by the height, subtract 0.5 from cx and cy, and use Camera(..., distortion=[omega]) with the lens model \"fov\"",
+    ),
+    unread_format(
+        "a rational polynomial camera (RPC)",
+        |text| {
+            (text.contains("LINE_OFF") || text.contains("lineOffset"))
+                && (text.contains("SAMP_OFF") || text.contains("sampOffset"))
+        },
+        "an RPC is not a central projection: fit a local pinhole or affine camera to it, then use Camera.from_matrix",
+    ),
+    unread_format(
+        "Gyroflow without fisheye_params",
+        |text| has_all(text, &["\"calibrator_version\"", "\"calib_dimension\""]) && !text.contains("\"camera_matrix\""),
+        "load a lens profile with fisheye_params (camera_matrix and distortion_coeffs)",
+    ),
+    unread_format(
+        "DexYCB's extrinsics",
+        |text| text.contains("extrinsics:") && text.contains("apriltag:"),
+        "each list is world_from_camera in 3x4 numbers: save them as 4x4 matrices (direction=\"world_from_camera\")",
+    ),
+    unread_format(
+        "Kubric's scene",
+        |text| has_all(text, &["\"kubasic\"", "\"instances\""]),
+        "load the metadata.json of the scene",
+    ),
+];
+
+/// The name of a format that is recognised and not read, and a remedy.
+pub(crate) fn named_format(text: &str) -> Option<(&'static str, &'static str)> {
+    let found = UNREAD_FORMATS.iter().find(|format| (format.detect)(text))?;
+    Some((found.name, found.remedy))
+}
+
+fn has_all(text: &str, marks: &[&str]) -> bool {
+    marks.iter().all(|mark| text.contains(mark))
+}
+
+/// The numbers of the first lines.
+fn first_numbers(text: &str, count: usize) -> Vec<Option<Vec<f64>>> {
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).take(count);
+    lines.map(|line| line.split_whitespace().map(|word| word.parse().ok()).collect()).collect()
+}
+
+fn is_bal(text: &str) -> bool {
+    let whole = |values: &[f64]| values.iter().all(|value| value.fract() == 0.0 && *value >= 0.0);
+    match &first_numbers(text, 3)[..] {
+        [Some(head), Some(second), Some(third)] => {
+            let observation = |row: &[f64]| row.len() == 4 && whole(&row[..2]);
+            head.len() == 3
+                && whole(head)
+                && head[0] >= 1.0
+                && head[2] >= head[0]
+                && observation(second)
+                && observation(third)
+                && second[0] < head[0]
+                && second[1] < head[1]
+                && [second, third].iter().any(|row| row[2].abs() > 1.0)
+        }
+        _ => false,
+    }
+}
+
+fn is_scene_flow(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    lines.next().is_some_and(|line| line.starts_with("Frame "))
+        && lines.next().is_some_and(|line| line.starts_with("L ") && line.split_whitespace().count() == 17)
+}
+
+fn is_hloc(text: &str) -> bool {
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    first.is_some_and(|line| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let models =
+            ["PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE", "FULL_OPENCV"];
+        words.len() >= 7
+            && words[0].contains('.')
+            && words[0].parse::<f64>().is_err()
+            && models.contains(&words[1])
+            && words[2..].iter().all(|word| word.parse::<f64>().is_ok())
+    })
+}
+
+fn is_infinitam(text: &str) -> bool {
+    let found = first_numbers(text, 6);
+    let pairs = found.iter().take(6).all(|row| row.as_ref().is_some_and(|row| row.len() == 2));
+    found.len() == 6
+        && pairs
+        && found[0].as_ref().is_some_and(|row| row[0] >= 32.0 && row.iter().all(|side| side.fract() == 0.0))
+}
+
+fn is_dso(text: &str) -> bool {
+    let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect();
+    let [first, second, third, ..] = lines[..] else { return false };
+    let words: Vec<&str> = first.split_whitespace().collect();
+    let named =
+        words.first().is_some_and(|word| ["RadTan", "EquiDistant", "Pinhole", "FOV", "KannalaBrandt"].contains(word));
+    let numbers = words.iter().skip(usize::from(named)).all(|word| word.parse::<f64>().is_ok());
+    let size: Vec<&str> = second.split_whitespace().collect();
+    let is_size = size.len() == 2 && size.iter().all(|word| word.parse::<u32>().is_ok());
+    let mode = ["crop", "full", "none", "useK"].contains(&third) || third.split_whitespace().count() == 5;
+    (named || words.len() == 5) && numbers && is_size && mode
+}

@@ -34,7 +34,8 @@ pub(super) const K: [&str; 26] = [
     "kmtx",
 ];
 /// The coefficients of the lens.
-pub(super) const LENS: [&str; 36] = [
+pub(super) const LENS: [&str; 37] = [
+    "distortionvec",
     "distortioncoefficients",
     "distortioncoefficient",
     "distortioncoeffs",
@@ -82,7 +83,7 @@ pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4",
 pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
 /// Columns and rows.
-pub(super) const SIZE: [&str; 13] = [
+pub(super) const SIZE: [&str; 14] = [
     "imagesize",
     "imgsize",
     "framesize",
@@ -96,6 +97,7 @@ pub(super) const SIZE: [&str; 13] = [
     "cameraresolution",
     "videoresolution",
     "videosize",
+    "calibdimension",
 ];
 /// Rows and columns, as NumPy's `shape` has them.
 pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
@@ -125,8 +127,37 @@ pub(super) const HEIGHT: [&str; 11] = [
     "camheight",
     "heightpx",
 ];
-pub(super) const MODEL: [&str; 7] =
-    ["distortionmodel", "distmodel", "lensmodel", "cameramodel", "cameratype", "model", "projectionmodel"];
+pub(super) const MODEL: [&str; 17] = [
+    "distortionmodel",
+    "distmodel",
+    "lensmodel",
+    "cameramodel",
+    "cameratype",
+    "model",
+    "projectionmodel",
+    "distortiontype",
+    "disttype",
+    "lenstype",
+    "lens",
+    "projection",
+    "projectiontype",
+    "cameraprojection",
+    "modeltype",
+    "calibrationmodel",
+    "type",
+];
+/// The keys of [`MODEL`] under which any other word than a lens model is an error; the others may name a product.
+pub(super) const STRICT_MODEL: [&str; 9] = [
+    "distortionmodel",
+    "distmodel",
+    "lensmodel",
+    "projectionmodel",
+    "distortiontype",
+    "disttype",
+    "projection",
+    "projectiontype",
+    "modeltype",
+];
 pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
 pub(super) const XI: [&str; 1] = ["xi"];
 /// The pose of one camera, camera from world.
@@ -134,14 +165,19 @@ pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotm
 pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
 pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
+/// Keys of a mount by the words of body_from_camera.
+pub(super) const BODY_FROM_CAMERA: [&str; 10] =
+    ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
+/// Keys of a mount by the words of camera_from_body.
+pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
 /// The poses of the views of a board: of six numbers each, or of three in two lists.
 pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
-pub(super) const RVECS: [&str; 2] = ["rvecs", "rotationvectors"];
-pub(super) const TVECS: [&str; 2] = ["tvecs", "translationvectors"];
+pub(super) const RVECS: [&str; 3] = ["rvecs", "rotationvectors", "rotationvec"];
+pub(super) const TVECS: [&str; 3] = ["tvecs", "translationvectors", "translationvec"];
 /// The parts of a rectified pair, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
 /// Further keys that are known: they are read elsewhere, or do not change the picture.
-const OTHER: [&str; 42] = [
+const OTHER: [&str; 43] = [
     "newcameramtx",
     "newcameramatrix",
     "optimalcameramatrix",
@@ -180,6 +216,7 @@ const OTHER: [&str; 42] = [
     "essentialmatrix",
     "fundamentalmatrix",
     "comment",
+    "nbcamera",
     "sensortype",
     "ratehz",
     "rate",
@@ -208,7 +245,7 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
 
 /// True if a key without a mark is one that the reader knows.
 fn is_base(base: &str) -> bool {
-    let groups: [&[&str]; 22] = [
+    let groups: [&[&str]; 24] = [
         &K,
         &LENS,
         &COEFFICIENTS,
@@ -231,6 +268,8 @@ fn is_base(base: &str) -> bool {
         &RVECS,
         &TVECS,
         &OTHER,
+        &BODY_FROM_CAMERA,
+        &CAMERA_FROM_BODY,
     ];
     groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
 }
@@ -262,9 +301,23 @@ pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
     /// The marks of the side, as `1` and `left`; empty for keys without a mark.
     pub(super) side: &'static [&'static str],
+    /// The maps that contain this one, the nearest first: their size, skew and lens model apply to the camera too.
+    pub(super) above: Vec<Cursor<'a>>,
 }
 
 impl<'a> KeyView<'a> {
+    /// The keys of a map, without a mark.
+    pub(super) fn new(at: Cursor<'a>) -> Self {
+        Self { at, side: &[], above: vec![] }
+    }
+
+    /// The value of the names here, or else in the nearest map above that has one.
+    pub(super) fn inherited(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
+        let own = self.find_value(names)?;
+        let above = || self.above.iter().find_map(|at| Self::new(at.clone()).find_value(names).transpose()).transpose();
+        own.map_or_else(above, |own| Ok(Some(own)))
+    }
+
     /// The key without the mark of the side; None for keys of another side.
     fn base(&self, key: &str) -> Vec<String> {
         let key = plain(key);
@@ -276,7 +329,7 @@ impl<'a> KeyView<'a> {
     }
 
     /// True if a key has one of some names.
-    fn has_name(&self, key: &str, names: &[&str]) -> bool {
+    pub(super) fn has_name(&self, key: &str, names: &[&str]) -> bool {
         self.base(key).iter().any(|base| names.contains(&base.as_str()))
     }
 
@@ -294,7 +347,7 @@ impl<'a> KeyView<'a> {
     pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
         let entries = self.at.entries().ok()?;
         let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));
-        maps.next().map(|(_, at)| KeyView { at, side: &[] })
+        maps.next().map(|(_, at)| KeyView::new(at))
     }
 
     /// The value of the names, of which several keys have to say the same.

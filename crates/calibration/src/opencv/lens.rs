@@ -34,7 +34,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
         Some((_, stated)) => lens_named(stated, &numbers).map_err(|message| fail(&message)),
         None if may_be_fisheye(view, &shown, &numbers) => Err(shown.fail(
             "four coefficients, and the file does not say of which model: k1 k2 p1 p2 of cv2.calibrateCamera, or k1 \
-             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, lens=\"opencv\" or \"fisheye\"), or write \
+             k2 k3 k4 of cv2.fisheye? Give it (--lens opencv or fisheye, model=\"opencv\" or \"fisheye\" in Python), or write \
              distortion_model into the file",
         )),
         None => lens_named("opencv", &numbers).map_err(|message| fail(&message)),
@@ -48,7 +48,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
         return radial_and_tangential(view, list, at);
     }
     let named = match &list {
-        Some(at) if keys::is_keyed(at) => KeyView { at: at.clone(), side: &[] },
+        Some(at) if keys::is_keyed(at) => KeyView::new(at.clone()),
         _ => view.clone(),
     };
     let mut values: Vec<(usize, f64)> = Vec::new();
@@ -112,9 +112,23 @@ fn radial_and_tangential<'a>(
     Ok((Some(at), numbers))
 }
 
-/// The name of the model that the file states, and its place.
+/// The name of the model that the file states, and its place: next to the camera, or else in the nearest map above.
 fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
-    if let Some(at) = view.find_value(&keys::FISHEYE)? {
+    if let Some(found) = stated_here(view)? {
+        return Ok(Some(found));
+    }
+    // Under a key such as `fisheye_params`.
+    let key = plain(&view.at.key);
+    if key.contains("fisheye") && !key.contains("nonfisheye") {
+        return Ok(Some((view.at.clone(), "fisheye")));
+    }
+    view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
+}
+
+/// The same, of the keys of one map.
+fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
+    let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
+    if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
         match at.word()? {
             "0" | "false" | "False" => return Ok(Some((at, "opencv"))),
             "1" | "true" | "True" => return Ok(Some((at, "fisheye"))),
@@ -122,25 +136,71 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
         }
     }
     let mut found: Option<(Cursor<'a>, &'a str)> = None;
-    for at in view.all(&keys::MODEL) {
-        let word = at.word()?;
-        let name = match &plain(word)[..] {
-            // The projection; the lens has a key of its own, or is OpenCV's.
-            "pinhole" | "perspective" | "standard" | "opencvpinhole" => continue,
-            "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
-            | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" => "opencv",
-            "fisheye" | "equidistant" | "equi" | "kannalabrandt" | "kannalabrandt8" | "kb" | "kb4"
-            | "opencvfisheye" | "pinholefisheye" | "pinholeequi" | "cv2.fisheye" => "fisheye",
-            _ => word,
-        };
+    for at in view.all(&keys::MODEL).into_iter().filter(is_word) {
+        let key = plain(at.key.rsplit('.').next().unwrap_or_default());
+        let Some(name) = model_of(&key, &at, view)? else { continue };
         if let Some((other, before)) = &found
             && *before != name
         {
-            return Err(at.fail(format_args!("{word:?}, and {} (line {}) differs", other.key, other.node.line)));
+            return Err(at.fail(format_args!(
+                "{:?}, and {} (line {}) differs",
+                at.word()?,
+                other.key,
+                other.node.line
+            )));
         }
         found = Some((at, name));
     }
     Ok(found)
+}
+
+/// The lens model that a word under a key of [`keys::MODEL`] names; None for a projection, or for the name of a product.
+fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option<&'a str>> {
+    let word = at.word()?;
+    let name = plain(word);
+    let strict = keys::STRICT_MODEL.iter().any(|known| key.ends_with(known));
+    Ok(match &name[..] {
+        // The projection; the lens has a key of its own, or is OpenCV's.
+        "" | "pinhole" | "perspective" | "standard" | "opencvpinhole" | "rectilinear" => None,
+        "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
+        | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" | "opencvstandard" => Some("opencv"),
+        "equidistant" | "equi" | "kannalabrandt" | "kannalabrandt4" | "kannalabrandt8" | "kb" | "kb4" | "kb8"
+        | "pinholeequi" | "pinholeequidistant" => Some("fisheye"),
+        // MC-Calib: 0 is Brown's model, 1 is Kannala's.
+        "0" if key.ends_with("distortiontype") && is_mc_calib(view) => Some("opencv"),
+        "1" if key.ends_with("distortiontype") && is_mc_calib(view) => Some("fisheye"),
+        _ if name.contains("fisheye") && !name.contains("fisheye6") && !name.contains("prism") => Some("fisheye"),
+        _ if strict || LENS_WORDS.iter().any(|lens| name.contains(lens)) => Some(word),
+        _ => None,
+    })
+}
+
+/// Parts of the names of lens models; another word is that of a product or a kind of sensor.
+const LENS_WORDS: [&str; 18] = [
+    "omni",
+    "mei",
+    "scaramuzza",
+    "ocam",
+    "poly",
+    "spline",
+    "sphere",
+    "ucm",
+    "fov",
+    "atan",
+    "division",
+    "stereographic",
+    "equisolid",
+    "cahvor",
+    "theta",
+    "equirect",
+    "cylind",
+    "prism",
+];
+
+/// True for the output of MC-Calib.
+fn is_mc_calib(view: &KeyView<'_>) -> bool {
+    let has = |at: &Cursor<'_>| at.get("nb_camera").is_some() || at.get("camera_group").is_some();
+    has(&view.at) || view.above.iter().any(has)
 }
 
 /// True if four coefficients are as likely those of `cv2.fisheye`: its tutorials write DIM, K and D.
@@ -154,8 +214,11 @@ fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bo
     let only_radial = named && view.all(&["p1", "p2"]).is_empty() && !view.all(&["k4"]).is_empty();
     let stereo_calib = view.at.get("M1").is_some();
     let says = |word: &str| plain(word).contains("fisheye");
+    let says_so = |(key, at): &(&str, Cursor<'_>)| says(key) || at.word().is_ok_and(says);
+    let above = view.above.iter().any(|at| at.entries().is_ok_and(|entries| entries.iter().any(says_so)));
     let hinted = !view.all(&["dim"]).is_empty()
         || shown.file_name().is_some_and(|name| says(&name))
-        || view.at.entries().is_ok_and(|entries| entries.iter().any(|(key, _)| says(key)));
+        || above
+        || view.at.entries().is_ok_and(|entries| entries.iter().any(says_so));
     (is_d && !stereo_calib) || only_radial || hinted
 }

@@ -4,6 +4,7 @@ mod camera;
 mod keys;
 mod lens;
 pub(crate) mod pair_folder;
+mod pose;
 pub(crate) mod read;
 mod stereo;
 mod storage;

@@ -1,13 +1,13 @@
 //! The two cameras of a pair in files of their own, left and right, with R and T in a third one.
 
 use crate::document::Cursor;
-use crate::opencv::camera;
 use crate::opencv::keys::KeyView;
+use crate::opencv::pose::read_r_t;
 use crate::opencv::read::{detect, read};
 use crate::opencv::stereo::place_second;
 use crate::opencv::storage::parse;
 use crate::{Calibration, Folder, ReadHints};
-use raycam_formats::io::AssetRoot;
+use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::NoticeCode;
 
@@ -25,13 +25,18 @@ fn file_of<'a>(folder: &'a Folder, word: &str) -> Option<&'a String> {
 }
 
 pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
-    ["left", "right"].iter().all(|side| {
-        let source = file_of(folder, side).and_then(|name| folder.read(name, assets).ok());
-        source.is_some_and(|source| {
+    let sources = sides(folder, assets);
+    sources.len() == 2
+        && sources.iter().all(|source| {
             let text = source.text().unwrap_or_default();
-            detect(&source, text) && !crate::ros::detect(&source, text)
+            detect(source, text) && !crate::ros::detect(source, text)
         })
-    })
+}
+
+/// The files of the left and of the right camera.
+pub(crate) fn sides(folder: &Folder, assets: &mut AssetRoot) -> Vec<InputFile> {
+    let names = ["left", "right"].into_iter().filter_map(|side| file_of(folder, side));
+    names.filter_map(|name| folder.read(name, assets).ok()).collect()
 }
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
@@ -45,16 +50,15 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             return Err(FormatError::whole(&folder.file(name), message));
         };
         record.name = side.into();
-        record.pose = None;
         calibration.records.append(&mut found.records);
         calibration.notices.extend(found.notices.into_iter().map(|notice| notice.in_context(name)));
     }
     let mut pose = None;
-    for word in ["extrinsic", "stereo", "right"] {
+    for word in ["extrinsic", "stereo"] {
         if let (None, Some(name)) = (&pose, file_of(folder, word)) {
             let source = folder.read(name, assets)?;
             let node = parse(&source, assets)?;
-            pose = camera::pose(&KeyView { at: Cursor::root(&node, &source.path), side: &[] })?;
+            pose = read_r_t(&KeyView::new(Cursor::root(&node, &source.path)))?;
             if pose.is_some() {
                 calibration.note(
                     NoticeCode::UsedOtherFile,
@@ -63,6 +67,6 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             }
         }
     }
-    place_second(pose, &mut calibration);
+    place_second(pose, &mut calibration).map_err(|error| FormatError::whole(&folder.path, error.to_string()))?;
     Ok(calibration)
 }

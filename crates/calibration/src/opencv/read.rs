@@ -4,10 +4,11 @@
 
 use std::path::Path;
 
+use crate::document::lens_keys::plain;
 use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
-use crate::opencv::{camera, stereo};
+use crate::opencv::{camera, pose, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -38,44 +39,47 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     let Ok(node) = yaml::parse(text, path) else { return false };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
-    has_camera(&root) || stereo::pair(&root).is_some() || cameras.iter().any(|(_, at)| has_camera(at))
+    has_camera(&root) || stereo::pair(&root).is_some() || cameras.iter().any(|(_, view)| has_camera(&view.at))
 }
 
 /// True if a map has K.
 fn has_camera(at: &Cursor<'_>) -> bool {
-    let view = KeyView { at: at.clone(), side: &[] };
+    let view = KeyView::new(at.clone());
     at.is_map()
         && (view.all(&keys::K).iter().any(keys::is_matrix)
             || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
 }
 
 /// The maps below the root, by their keys; those of a list by their numbers.
-fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>> {
+fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
+    let below = |at: Cursor<'a>, above: Vec<Cursor<'a>>| KeyView { at, side: &[], above };
     if let Ok(items) = root.list() {
-        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), at);
+        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), below(at, vec![]));
         return Ok(items.into_iter().enumerate().map(named).collect());
     }
+    let own = || vec![root.clone()];
     for (name, inner) in root.entries()? {
         match inner.node.value {
             Value::List(_) => {
                 let before = found.len();
                 for (i, item) in inner.list()?.into_iter().enumerate().filter(|(_, item)| item.is_map()) {
-                    found.push((format!("{name}{i}"), item));
+                    found.push((format!("{name}{i}"), below(item, own())));
                 }
                 if found.len() == before {
-                    found.push((name.to_owned(), inner));
+                    found.push((name.to_owned(), below(inner, own())));
                 }
             }
             Value::Map(_) if !has_camera(&inner) => {
                 let entries = inner.entries()?;
                 if entries.iter().any(|(_, at)| has_camera(at)) {
-                    found.extend(entries.into_iter().map(|(name, at)| (name.to_owned(), at)));
+                    let above = || vec![inner.clone(), root.clone()];
+                    found.extend(entries.into_iter().map(|(name, at)| (name.to_owned(), below(at, above()))));
                 } else {
-                    found.push((name.to_owned(), inner));
+                    found.push((name.to_owned(), below(inner, own())));
                 }
             }
-            _ => found.push((name.to_owned(), inner)),
+            _ => found.push((name.to_owned(), below(inner, own()))),
         }
     }
     Ok(found)
@@ -84,7 +88,7 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>> {
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let node = parse(source, assets)?;
     let root = Cursor::root(&node, &source.path);
-    let view = KeyView { at: root.clone(), side: &[] };
+    let view = KeyView::new(root.clone());
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
@@ -100,7 +104,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// The camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
-    let mut notices = view.at.unread_keys(|key| view.knows(key))?;
+    let is_pose = |key: &str| view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at));
+    let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
     if let Some(inner) = view.intrinsics() {
         notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
     }
@@ -118,11 +123,13 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
 
 /// Refuses numbers under an unknown key that may be the lens of a camera that has none.
 fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
+    if !view.all(&keys::LENS).is_empty() {
+        return Ok(());
+    }
     for (key, at) in view.at.entries()? {
         let Ok(numbers) = at.numbers() else { continue };
-        let count = matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && numbers.iter().any(|v| v.fract() != 0.0);
-        let is_quaternion = numbers.len() == 4 && (numbers.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-4;
-        if count && !is_quaternion && !view.knows(key) && view.all(&keys::LENS).is_empty() {
+        let fractions = numbers.iter().any(|value| value.fract() != 0.0);
+        if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
                 "{} numbers that may be a lens, and the camera has none: name them dist_coeffs, or remove them",
                 numbers.len()
@@ -132,29 +139,60 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     Ok(())
 }
 
+/// Parts of keys whose numbers are no coefficients.
+const NO_LENS: [&str; 27] = [
+    "trans", "position", "quat", "orient", "rot", "pose", "extrin", "range", "box", "roi", "rect", "proj", "matrix",
+    "plane", "limit", "bound", "min", "max", "fov", "angle", "color", "colour", "gravity", "time", "depth", "crop",
+    "center",
+];
+
+/// True for numbers of one row that may be coefficients by their count, their values and their key.
+fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
+    let name = plain(key);
+    let other = matches!(&name[..], "p" | "t" | "q" | "r") || NO_LENS.iter().any(|word| name.contains(word));
+    let data = at.get("data").unwrap_or_else(|| at.clone());
+    let rows =
+        data.list().unwrap_or_default().iter().filter_map(|row| Some(row.list().ok()?.len())).collect::<Vec<_>>();
+    let one_row = rows.len() <= 1 || rows.iter().all(|length| *length == 1);
+    let shape = at.get("rows").zip(at.get("cols"));
+    let flat = shape.is_none_or(|(rows, cols)| [rows, cols].iter().any(|side| side.count().is_ok_and(|n| n == 1)));
+    let length = numbers.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
+    // The first coefficient is the largest, and none is of hundreds.
+    let small = numbers.iter().all(|value| value.abs() < 100.0);
+    matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
+}
+
 /// Cameras in maps of their own; two of them with R and T are a pair.
 fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
     let mut calibration = Calibration::default();
-    let mut pose = camera::pose(view)?;
+    let mut pair_pose = pose::read_r_t(view)?;
     for (name, inner) in list_of_cameras(root)? {
-        if has_camera(&inner) {
-            let camera = one(&KeyView { at: inner, side: &[] }, name, hints)?;
+        if has_camera(&inner.at) {
+            let camera = one(&inner, name, hints)?;
             calibration.records.extend(camera.records);
             calibration.notices.extend(camera.notices);
+            calibration.used_convention |= camera.used_convention;
         } else {
-            inner.refuse_lens(&name)?;
-            let is_pose = pose.is_none() && keys::is_keyed(&inner);
+            inner.at.refuse_lens(&name)?;
+            let is_pose = pair_pose.is_none() && keys::is_keyed(&inner.at);
             if is_pose {
-                pose = camera::pose(&KeyView { at: inner.clone(), side: &[] })?;
+                pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
+            } else if pose::is_pose_key(view, &name, &inner.at) {
+                return Err(inner.at.fail(
+                    "a pose next to several cameras: write it into the map of its camera, or, for a pair, as R and T, \
+                     which bring points from the first camera to the second",
+                ));
             }
-            if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pose.is_some()) {
-                calibration.note(NoticeCode::IgnoredKey, format!("{name} (line {}) is not read", inner.node.line));
+            if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pair_pose.is_some()) {
+                let message = format!("{name} (line {}) is not read", inner.at.node.line);
+                calibration.note(NoticeCode::IgnoredKey, message);
             }
         }
     }
     if calibration.records.is_empty() {
-        if pose.is_some()
+        if pair_pose.is_some()
             && let Some(partner) = stereo::partner(&source.path, "extrinsic", "intrinsic")
             && let Ok(intrinsics) = assets.read_reference(Path::new(""), &partner)
         {
@@ -162,12 +200,17 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         }
         return Err(root.fail("no camera in it: expected a camera matrix, as K, camera_matrix, cameraMatrix or mtx"));
     }
-    if let (2, Some(pose)) = (calibration.records.len(), pose) {
-        stereo::place_second(Some(pose), &mut calibration);
-    }
-    let size = if root.is_map() { camera::size(view)? } else { None };
-    for record in calibration.records.iter_mut().filter(|record| record.size.is_none()) {
-        record.size = size;
+    match (calibration.records.len(), pair_pose) {
+        (2, Some(pose)) => {
+            stereo::place_second(Some(pose), &mut calibration).map_err(|error| root.fail(error))?;
+        }
+        (count, Some(_)) => {
+            return Err(root.fail(format_args!(
+                "R and T outside of the {count} cameras: they place the second camera of a pair; write R and T of a \
+                 camera into its map"
+            )));
+        }
+        _ => {}
     }
     Ok(calibration)
 }

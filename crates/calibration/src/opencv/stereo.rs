@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use crate::document::{Cursor, zip_members};
-use crate::opencv::camera;
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
+use crate::opencv::{camera, pose};
 use crate::rig::one_rig;
-use crate::{Calibration, Pose, ReadHints};
-use raycam_formats::Result;
+use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::io::AssetRoot;
+use raycam_formats::{FormatError, Result};
 use raycam_scene::{Notice, NoticeCode};
 
 /// The marks of keys of the first and of the second camera.
@@ -22,7 +22,7 @@ const SIDES: [(&str, [&[&str]; 2]); 3] = [
 /// The two cameras, each with its name.
 pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> {
     SIDES.iter().find_map(|(name, sides)| {
-        let views = sides.map(|side| KeyView { at: root.clone(), side });
+        let views = sides.map(|side| KeyView { at: root.clone(), side, above: vec![] });
         let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(keys::is_matrix) || view.intrinsics().is_some();
         let named = |view: KeyView<'a>| (format!("{name}{}", view.side[0]), view);
         views.iter().all(has_k).then(|| views.map(named))
@@ -36,8 +36,15 @@ pub(super) fn read(
     assets: &mut AssetRoot,
     hints: &ReadHints,
 ) -> Result<Calibration> {
-    let both = KeyView { at: root.clone(), side: &[] };
+    let both = KeyView::new(root.clone());
     let known = |key: &str| both.knows(key) || both.is_rectified(key) || pair.iter().any(|(_, view)| view.knows(key));
+    for (key, at) in root.entries()?.iter().filter(|(key, _)| !known(key)) {
+        if pose::is_pose_key(&both, key, at) {
+            return Err(at.fail(
+                "a pose of the pair: write it as R and T, which bring points from the first camera to the second",
+            ));
+        }
+    }
     let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
     if !both.all(&keys::RECTIFIED).is_empty() {
         calibration.note(
@@ -52,19 +59,25 @@ pub(super) fn read(
     for record in &mut calibration.records {
         record.size = record.size.or(size);
     }
-    let pose = match camera::pose(&both)? {
+    let pose = match pose::read_r_t(&both)? {
         Some(pose) => Some(pose),
         None => from_partner(root.file(), assets, &mut calibration)?,
     };
-    place_second(pose, &mut calibration);
+    place_second(pose, &mut calibration).map_err(|error| root.fail(error))?;
     Ok(calibration)
 }
 
 /// Places the second camera by R and T of a pair.
-pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
+pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) -> Result<()> {
     let Some(pose) = pose else {
-        calibration.note(NoticeCode::MissingValue, "no R and T: both cameras stand at the origin");
-        return;
+        let mounted = |record: &CameraRecord| record.pose.is_some();
+        if !calibration.records.iter().all(mounted) {
+            let message = "R and T are missing: cameras without a pose are at the origin";
+            calibration.note(NoticeCode::MissingValue, message);
+        } else if calibration.records.iter().all(|record| record.mount.is_none()) {
+            one_rig(&mut calibration.records, "rig");
+        }
+        return Ok(());
     };
     let (_, t) = pose.r_t();
     if t.length() > 10.0 {
@@ -73,7 +86,13 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
             format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()),
         );
     }
-    let [first, second] = &mut calibration.records[..] else { return };
+    let [first, second] = &mut calibration.records[..] else { return Ok(()) };
+    if let Some(record) = [&*first, &*second].into_iter().find(|record| record.pose.is_some()) {
+        return Err(FormatError::encode(format!(
+            "camera {:?} has a pose of its own next to R and T of the pair: expected one of them",
+            record.name
+        )));
+    }
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
         calibration.notices.push(Notice::new(NoticeCode::Implausible, format!(
             "the right camera stands at x = {} of the left: R and T bring points from the left camera to the right one; \
@@ -83,6 +102,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
     }
     second.pose = Some(pose);
     one_rig([first, second], "rig");
+    Ok(())
 }
 
 /// R and T of the second file that OpenCV's sample writes: extrinsics.yml beside intrinsics.yml.
@@ -92,7 +112,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     let source = zip_members::unpacked(source, &mut assets.budget)?;
     let node = parse(&source, assets)?;
     let root = Cursor::root(&node, &source.path);
-    let pose = camera::pose(&KeyView { at: root, side: &[] })?;
+    let pose = pose::read_r_t(&KeyView::new(root))?;
     if pose.is_some() {
         calibration.note(NoticeCode::UsedOtherFile, format!("R and T are those of {partner}"));
     }

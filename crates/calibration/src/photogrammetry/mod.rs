@@ -2,6 +2,7 @@
 
 pub(crate) mod alice_vision;
 pub(crate) mod bundler;
+pub(crate) mod kapture;
 pub(crate) mod metashape;
 pub(crate) mod open_mvg;
 pub(crate) mod open_sfm;

@@ -10,7 +10,7 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    ["cam0_calib", "body_T_cam0", "extrinsicRotation"].iter().any(|key| text.contains(key))
+    ["cam0_calib", "body_T_cam", "extrinsicRotation"].iter().any(|key| text.contains(key))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
@@ -30,7 +30,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     if root.get("model_type").is_some() {
         let stem = source.stem().unwrap_or_else(|| "camera".into());
         let mut record = camodocal::camera(&root, stem)?;
-        record.pose = mount(&root, 0)?;
+        // The file of a single camera has the index of that camera.
+        record.pose = (0..8).find_map(|i| mount(&root, i).transpose()).transpose()?;
         calibration.records.push(record);
     } else {
         let count = root.get("num_of_cam").map_or(Ok(1), |at| at.count())?;

@@ -11,6 +11,7 @@ use crate::document::number_format::joined;
 use crate::document::number_lines::data_lines;
 use crate::pose::normalized;
 use crate::trajectory::body::place_on_body;
+use crate::trajectory::named_columns::{self, columns_of};
 use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -25,15 +26,36 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
+    let text = source.text()?;
+    if let Some(named) = columns_of(text) {
+        let mut named = named.map_err(|message| FormatError::whole(path, message))?;
+        // Velocities and biases of EuRoC's ground truth.
+        if named.unread.first().is_some_and(|column| column.starts_with("v_rs_r_x")) {
+            named.unread.clear();
+        }
+        let mut calibration = named_columns::read(text, path, &named)?;
+        place_on_body(&mut calibration, hints, "the body (IMU or markers)");
+        return Ok(calibration);
+    }
+    let own_columns = [8, 17].contains(&data_lines(text).next().map_or(8, |(_, row)| row.split(',').count()));
+    // 4Seasons: frame id, position, quaternion x y z w, scale, quality.
+    let four_seasons = source.stem().is_some_and(|stem| stem.starts_with("GNSSPoses"));
     let mut calibration = Calibration::default();
     let mut columns = None;
-    for (line, row) in data_lines(source.text()?) {
+    for (line, row) in data_lines(text) {
         let fail = |message: String| FormatError::line(path, line, message);
         let words: Vec<&str> = row.split(',').map(str::trim).collect();
         if words.len() < 8 {
             return Err(fail(format!(
                 "{} columns: positions without orientation (leica0) are no poses; expected nanoseconds, x y z, and w x y \
                  z of a quaternion (state_groundtruth_estimate0, mocap0)",
+                words.len()
+            )));
+        }
+        if !own_columns && !four_seasons {
+            return Err(fail(format!(
+                "{} columns without a header: EuRoC has 8 or 17, with w of the quaternion first; add a header that names \
+                 the columns (#timestamp,tx,ty,tz,qx,qy,qz,qw,...)",
                 words.len()
             )));
         }
@@ -47,8 +69,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let [x, y, z, qw, qx, qy, qz] = values
             .and_then(|values| <[f64; 7]>::try_from(values).ok())
             .ok_or_else(|| fail("expected finite numbers".into()))?;
-        let rotation = Rotation::unit_quaternion([qw, qx, qy, qz])
-            .map_err(|message| fail(format!("columns 5 to 8, w first: {message}")))?;
+        let (quaternion, order) = match four_seasons {
+            // The columns are x y z w.
+            true => ([qz, qw, qx, qy], "w last"),
+            false => ([qw, qx, qy, qz], "w first"),
+        };
+        let rotation = Rotation::unit_quaternion(quaternion)
+            .map_err(|message| fail(format!("columns 5 to 8, {order}: {message}")))?;
         let mut record = CameraRecord::new(words[0], PixelCenter::Integer);
         // Whole seconds and the rest apart: fewer digits are lost.
         record.time = Some((stamp / 1_000_000_000) as f64 + (stamp % 1_000_000_000) as f64 / 1e9);

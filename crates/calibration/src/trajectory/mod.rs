@@ -8,6 +8,7 @@ pub(crate) mod kitti360;
 pub(crate) mod matrices;
 pub(crate) mod matrix_folder;
 pub(crate) mod matrix_tree;
+pub(crate) mod named_columns;
 pub(crate) mod open3d;
 pub(crate) mod redwood;
 pub(crate) mod tum;

@@ -17,7 +17,11 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     }
     // The intrinsics of the reconstruction system: columns and rows, and nine numbers in a row.
     let own = ["\"width\"", "\"height\"", "\"intrinsic_matrix\""];
-    own.iter().all(|key| text.contains(key)) && text.matches(':').count() == 3 && text.matches('[').count() == 1
+    // The Azure Kinect's recorder adds keys of the recording.
+    let azure = text.contains("\"stream_length_usec\"") || text.contains("\"serial_number");
+    own.iter().all(|key| text.contains(key))
+        && text.matches('[').count() == 1
+        && (azure || text.matches(':').count() == 3)
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {

@@ -10,17 +10,27 @@ use crate::document::number_lines::{data_lines, looks_like, numbers};
 use crate::intrinsics::pinhole_matrix;
 use crate::picture_size::size_of_picture;
 use crate::pose::normalized;
+use crate::trajectory::named_columns::{self, columns_of};
 use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    looks_like(text, 8)
+    looks_like(text, 8) || matches!(columns_of(text), Some(Ok(_)))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
+    let text = source.text()?;
+    if let Some(columns) = columns_of(text) {
+        let columns = columns.map_err(|message| FormatError::whole(&source.path, message))?;
+        let mut calibration = named_columns::read(text, &source.path, &columns)?;
+        if hints.intrinsics.is_none() {
+            beside(source, assets, &mut calibration)?;
+        }
+        return Ok(calibration);
+    }
     let mut calibration = Calibration::default();
-    for (line, row) in data_lines(source.text()?) {
+    for (line, row) in data_lines(text) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
         let rotation = Rotation::unit_quaternion([qw, qx, qy, qz]).map_err(|message| {
             FormatError::line(&source.path, line, format!("{message}; TUM's columns are time tx ty tz qx qy qz qw"))

@@ -4,3 +4,4 @@ pub(crate) mod llff;
 pub(crate) mod middlebury;
 pub(crate) mod mvsnet;
 pub(crate) mod neus;
+pub(crate) mod real_estate;

@@ -1,12 +1,16 @@
 //! `cameras_sphere.npz` of IDR and NeuS: `world_mat_0` and so on, K [R | t] of any scale, and `scale_mat_0`,
-//! world_from_normalised. Source: NeuS, dataset.py.
+//! world_from_normalised. DVR, pixelNeRF and Kubric have [R t] in `world_mat_0` and K in `camera_mat_0`, in units of half the
+//! image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
 
+use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter};
 
-use crate::document::npy;
+use crate::document::npy::{self, NumpyArray};
+use crate::document::{check_rotation, rigid};
 use crate::folder::by_numbers;
+use crate::intrinsics::require_known_size;
 use crate::picture_size::size_of_picture;
-use crate::{Calibration, CameraRecord, Folder, ReadHints};
+use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
@@ -14,7 +18,7 @@ pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     npy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut arrays = npy::arrays(&source.bytes, path, &mut assets.budget)?;
     arrays.sort_by(|(a, _), (b, _)| by_numbers(a, b));
@@ -26,7 +30,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         (!pictures.is_empty()).then_some((name, pictures))
     });
     let mut calibration = Calibration::default();
-    let mut normalised = false;
+    let (mut normalised, mut separate) = (false, 0);
     for (name, array) in &arrays {
         let fail = |message: &str| FormatError::whole(path, format!("{name}: {message}"));
         if name.starts_with("scale_mat_") {
@@ -43,12 +47,27 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
             return Err(fail("expected finite numbers"));
         }
         let mut record = CameraRecord::new(number, PixelCenter::Integer);
-        record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| numbers[4 * i + j])));
         if let Some((folder, pictures)) = &found {
             record.image = pictures.get(calibration.records.len()).map(|file| format!("{folder}/{file}"));
             record.size = size_of_picture(assets, path, &record.image);
         }
+        let rows = [0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| numbers[4 * i + j]));
+        match separate_intrinsics(&arrays, number, &rows) {
+            Some(camera) => {
+                let size = require_known_size(record.size.or(hints.size), path, "camera_mat_i of DVR and pixelNeRF")?;
+                record.size = Some(size);
+                place_by(&mut record, camera, &rows, size);
+                separate += 1;
+            }
+            None => record.matrix = Some(rows),
+        }
         calibration.records.push(record);
+    }
+    if separate > 0 {
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            "camera_mat_i is K in units of half the image size, world_mat_i is camera_from_world [R t]",
+        );
     }
     if normalised {
         calibration.note(NoticeCode::PlacedCameras,
@@ -60,4 +79,27 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
             .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
+}
+
+/// `camera_mat_i`, if `world_mat_i` is a rotation and a translation without K.
+fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f64; 4]; 3]) -> Option<[f64; 9]> {
+    let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
+    check_rotation(rigid(&flat).0).ok()?;
+    let (_, camera) = arrays.iter().find(|(name, _)| name.strip_prefix("camera_mat_") == Some(number))?;
+    let numbers = camera.numbers().filter(|numbers| numbers.iter().all(|value| value.is_finite()))?;
+    let columns = *camera.shape.last()?;
+    let fits = matches!((camera.shape[..].len(), columns), (2, 3 | 4)) && numbers.len() >= 2 * columns + 3;
+    fits.then(|| std::array::from_fn(|i| numbers[i / 3 * columns + i % 3]))
+}
+
+/// Sets K, from units of half the image size about its middle, and the pose.
+fn place_by(record: &mut CameraRecord, camera: [f64; 9], rows: &[[f64; 4]; 3], size: [u32; 2]) {
+    let [width, height] = size.map(|side| 0.5 * f64::from(side));
+    let pixels = DMat3::from_cols(DVec3::X * width, DVec3::Y * height, DVec3::new(width, height, 1.0));
+    let k = pixels * DMat3::from_cols_array(&camera).transpose();
+    let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
+    let (r, t) = rigid(&flat);
+    record.pixel_center = PixelCenter::Half;
+    record.k = Some(k);
+    record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
 }

@@ -70,7 +70,7 @@ impl Decoder<'_> {
     }
 
     pub(crate) fn image(&self, size: [u32; 2], texels: Texels) -> Image {
-        Image { name: self.path.display().to_string(), size, texels }
+        Image::new(self.path.display().to_string(), size, texels)
     }
 
     /// Eight bits a channel, for the image's use.

@@ -48,7 +48,7 @@ pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &m
         Texels::Float(texels) => texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a),
         Texels::Paged(_) => {} // is in memory here
     }
-    Ok(Image { name, size, texels })
+    Ok(Image::new(name, size, texels))
 }
 
 /// The same texture with its texels in memory.
@@ -56,7 +56,7 @@ fn loaded(texture: &Texture) -> Result<Texture> {
     let Texture { image, sampler } = texture;
     let image = match image.texels.in_memory()? {
         Cow::Borrowed(_) => image.clone(),
-        Cow::Owned(texels) => Arc::new(Image { name: image.name.clone(), size: image.size, texels }),
+        Cow::Owned(texels) => Arc::new(Image::new(image.name.clone(), image.size, texels)),
     };
     Ok(Texture { image, sampler: *sampler })
 }

@@ -16,8 +16,9 @@ mod tiff;
 pub(crate) mod udim;
 mod webp;
 use std::path::Path;
+use std::sync::Arc;
 
-use raycam_scene::{Image, Notice};
+use raycam_scene::{ByteString, EncodedImage, Image, Notice};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -108,7 +109,12 @@ pub fn decode_image(
         let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; it is {found}"));
         return Err(FormatError::unsupported(path, message));
     };
-    catch_decoder_panic(path, || {
+    let mut image = catch_decoder_panic(path, || {
         (format.decode)(&mut Decoder { bytes, path, color_use, trusted: format.trusted, budget, notices })
-    })
+    })?;
+    if bytes.len() < image.texels.bytes() {
+        let encoded = EncodedImage { bytes: ByteString(bytes.to_vec()), is_data: color_use == ColorUse::Data };
+        image.encoded = Some(Arc::new(encoded));
+    }
+    Ok(image)
 }

@@ -36,7 +36,7 @@ pub(crate) fn normals_from_height(heights: &Texture, budget: &mut Budget) -> Res
             normals.push([x, y, z, u16::MAX]);
         }
     }
-    Ok(Image { name: name.clone(), size: *size, texels: Texels::Linear16(normals) })
+    Ok(Image::new(name.clone(), *size, Texels::Linear16(normals)))
 }
 
 /// True for a height map: all channels of every texel are equal, as they are in no normal map.

@@ -68,7 +68,9 @@ pub(crate) fn optional_texture(
     notices.extend(udim::notice(from, &name, assets));
     match decode(&source, [wrap; 2], color_use, &mut assets.budget, notices) {
         Ok(texture) => {
-            notices.extend(alpha_notice(&source.path, &texture));
+            if !assets.uses_alpha_as_written {
+                notices.extend(alpha_notice(&source.path, &texture));
+            }
             Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture }))
         }
         Err(error) if companion::can_be_left_out(&error) => {

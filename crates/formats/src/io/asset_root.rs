@@ -38,6 +38,8 @@ pub struct AssetRoot {
     memory: Option<MemoryFiles>,
     /// Bounds the memory of images, if something does.
     texture_memory: Option<Arc<TextureCache>>,
+    /// True if the materials define everywhere whether the alpha of an image is used.
+    pub(crate) uses_alpha_as_written: bool,
 }
 
 /// A name that leads to no file.
@@ -71,6 +73,7 @@ impl AssetRoot {
             trusted: false,
             memory: None,
             texture_memory: budget.texture_memory.map(TextureCache::new).map(Arc::new),
+            uses_alpha_as_written: false,
         }
     }
 

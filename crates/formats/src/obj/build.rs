@@ -54,7 +54,7 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
 }
 
 /// The part of this name and these polygons.
-fn build_part(
+pub(crate) fn build_part(
     obj: &mut Obj,
     name: String,
     runs: &[RunRange],
@@ -197,7 +197,7 @@ fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bo
 
 /// Gives corners without a normal that of their smoothing group: the mean of the normals of its polygons that meet there,
 /// weighted by their angles (Thuermer and Wuethrich, 1998).
-fn smooth(
+pub(crate) fn smooth(
     polygons: &mut Polygons,
     positions: &[DVec3],
     normals: &mut Vec<[f32; 3]>,

@@ -42,6 +42,12 @@ pub(crate) struct MtlMaterial {
 }
 
 impl MtlMaterial {
+    /// A material of a colour (linear) and an opacity alone.
+    pub(crate) fn plain(name: &[u8], color: Rgb, opacity: f32) -> Self {
+        let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
+        Self { diffuse: Some(color.map(share)), opacity: share(opacity), ..Self::with_defaults(name) }
+    }
+
     /// Before its first statement.
     fn with_defaults(name: &[u8]) -> Self {
         Self {
@@ -258,7 +264,7 @@ impl Statement<'_> {
         }
         match lower {
             b"ns" => {
-                if let Some(value) = self.number("0..=1000000", 0.0..=1e6, odd) {
+                if let Some(value) = self.number("0 to 1000000", 0.0..=1e6, odd) {
                     material.shininess = value as f32;
                 }
             }
@@ -272,7 +278,9 @@ impl Statement<'_> {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
                 // Several exporters write 0 for matter of unknown index.
                 Some(0.0) => {}
-                _ => self.note(NoticeCode::ReplacedValue, odd, "a number in 0.001..=10, or 0 for unknown", "ignored"),
+                _ => {
+                    self.note(NoticeCode::ReplacedValue, odd, "a number from 0.001 to 10, or 0 for unknown", "ignored")
+                }
             },
             _ => match MapRole::from_key(lower) {
                 Some(role) => {
@@ -296,7 +304,7 @@ impl Statement<'_> {
 
     /// The first number, clamped to a range; `None` where it is none.
     fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
-        let expected = format!("a number in {expected}");
+        let expected = format!("a number from {expected}");
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
             Some(value) if range.contains(&value) => Some(value),
             Some(value) => {
@@ -313,7 +321,7 @@ impl Statement<'_> {
     /// One number for all, or three; beyond 1 where `bright`. Values outside are clamped, and whole numbers up to 255 are
     /// taken as those of bytes.
     fn color(&self, bright: bool, odd: &mut Diagnostics) -> Option<Rgb> {
-        let expected = format!("1 or 3 numbers {}", if bright { "of 0 or more" } else { "in 0..=1" });
+        let expected = format!("1 or 3 numbers {}", if bright { "of 0 or more" } else { "from 0 to 1" });
         let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();
         let values = values.filter(|values| matches!(values.len(), 1 | 3 | 4) && values.iter().all(|v| v.is_finite()));
         let values = match values.as_deref() {
@@ -335,7 +343,7 @@ impl Statement<'_> {
         }
         let bytes = |value: &f64| value.fract() == 0.0 && (0.0..=255.0).contains(value);
         if values.iter().all(bytes) && values.iter().any(|&value| value > 16.0) {
-            self.note(NoticeCode::AssumedConvention, odd, &expected, "taken as 0..=255");
+            self.note(NoticeCode::AssumedConvention, odd, &expected, "taken as 0 to 255");
             return Some(values.map(|value| (value / 255.0) as f32));
         }
         self.note(NoticeCode::ClampedValue, odd, &expected, "clamped");
@@ -345,7 +353,7 @@ impl Statement<'_> {
     /// A number in 0..=1.
     fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
         // Programs that take Tr for opacity write 1 for opaque.
-        let value = self.number("0..=1", 0.0..=1.0, odd)? as f32;
+        let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;
         if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
             let message = "Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible";
             odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);

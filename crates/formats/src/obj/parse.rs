@@ -229,7 +229,7 @@ impl ObjBuilder {
         }
         if let Some(line) = self.odd_color_line {
             let (code, what) = settle_colors(&mut obj.colors, self.color_bounds);
-            obj.notices.push(Notice::new(code, format!("{shown}:{line}: a vertex colour outside 0..=1; {what}")));
+            obj.notices.push(Notice::new(code, format!("{shown}:{line}: a vertex colour outside 0 to 1; {what}")));
         }
         if !self.polypaint.is_empty() {
             obj.notices.extend(polypaint(&mut obj.colors, &self.polypaint, obj.positions.len(), path));
@@ -255,7 +255,7 @@ fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'s
         for value in colors.as_flattened_mut() {
             *value = linear_from_srgb(in_file(*value) / 255.0);
         }
-        return (NoticeCode::AssumedConvention, "all vertex colours of the file are taken as 0..=255");
+        return (NoticeCode::AssumedConvention, "all vertex colours of the file are taken as 0 to 255");
     }
     colors.clear();
     (NoticeCode::IgnoredColors, "all vertex colours of the file are ignored")

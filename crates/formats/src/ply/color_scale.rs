@@ -44,12 +44,12 @@ impl PlyColors {
         match self.kind {
             ScalarType::F32 | ScalarType::F64 if most <= 1.01 => Some(Scale { white: 1.0, linear: true, guess: None }),
             ScalarType::F32 | ScalarType::F64 if most <= 255.0 => {
-                whole(255.0, Some("floating-point colours beyond 1 are taken as 0..=255"))
+                whole(255.0, Some("floating-point colours beyond 1 are taken as 0 to 255"))
             }
-            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are taken as 0..=255")),
+            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are taken as 0 to 255")),
             ScalarType::U16 => whole(65535.0, None),
             _ if most <= 255.0 => whole(255.0, None),
-            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are taken as 0..=65535")),
+            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are taken as 0 to 65535")),
             _ => None,
         }
     }
@@ -66,7 +66,7 @@ impl PlyColors {
         let numbers = self.values.as_flattened();
         let odd = numbers.iter().filter(|value| !(0.0..=white).contains(*value)).count();
         if odd > 0 {
-            note(NoticeCode::ClampedValue, format!("values of colours outside 0..={white} are clamped: {odd}"));
+            note(NoticeCode::ClampedValue, format!("values of colours outside 0 to {white} are clamped: {odd}"));
         }
         let value = |value: f64| {
             // NaN becomes 0.

@@ -51,11 +51,11 @@ keyframe = [{ time = 0, object = "box", location = [0, 0, 0] }, { time = 1, obje
 
 fn world() -> World {
     let mut world = world_file::parse(WORLD, Path::new("."), Path::new("here.toml"), &Budget::default()).unwrap();
-    let image = Arc::new(Image {
-        name: "/somewhere/else/brick.png".into(),
-        size: [2, 1],
-        texels: Texels::Float(vec![[0.5, 1e9, f32::MIN_POSITIVE, 1.0]; 2]),
-    });
+    let image = Arc::new(Image::new(
+        "/somewhere/else/brick.png",
+        [2, 1],
+        Texels::Float(vec![[0.5, 1e9, f32::MIN_POSITIVE, 1.0]; 2]),
+    ));
     for mip in [None, Some(raycam_scene::TexelFilter::Linear)] {
         let sampler = TextureSampler { mip, ..TextureSampler::default() };
         let texture = world.add_texture(Texture { image: image.clone(), sampler });
@@ -70,7 +70,7 @@ fn read(bytes: &[u8]) -> Result<World, raycam_formats::FormatError> {
 }
 
 #[test]
-fn a_world_comes_back_exactly() {
+fn bundle_round_trip_returns_an_equal_world() {
     let world = world();
     let bytes = bundle::write(&world).unwrap();
     let back = read(&bytes).unwrap();
@@ -88,7 +88,7 @@ fn a_world_comes_back_exactly() {
 }
 
 #[test]
-fn every_piece_of_it_is_no_world() {
+fn bundle_read_of_damaged_bytes_never_panics() {
     let bytes = bundle::write(&world()).unwrap();
     for end in 0..bytes.len() {
         assert!(read(&bytes[..end]).is_err(), "the first {end} bytes");
@@ -117,4 +117,39 @@ fn what_it_is_not_is_said() {
     let mut broken = world();
     broken.objects[0].mesh = 99;
     assert!(text(&bundle::write(&broken).unwrap()).contains("mesh 99"));
+}
+
+/// A PNG of a smooth picture, which is much shorter than its texels.
+fn png(size: [u32; 2]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..size[0] * size[1]).flat_map(|i| [(i % size[0]) as u8, (i / size[0]) as u8, 7]).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    bytes
+}
+
+#[test]
+fn bundle_stores_image_files_instead_of_texels() {
+    let file = png([256, 256]);
+    let (texture, _) = raycam_formats::decode_texture(file.clone(), Path::new("a/b.png"), &Budget::default()).unwrap();
+    let plain = bundle::write(&World::default()).unwrap().len();
+    let mut world = World::default();
+    for wrap in [raycam_scene::Wrap::Repeat, raycam_scene::Wrap::Clamp] {
+        let sampler = TextureSampler { wrap: [wrap; 2], ..TextureSampler::default() };
+        world.add_texture(Texture { image: texture.image.clone(), sampler });
+    }
+    let bytes = bundle::write(&world).unwrap();
+    assert!(bytes.len() < plain + file.len() + 400, "{} bytes for a file of {}", bytes.len(), file.len());
+    let back = read(&bytes).unwrap();
+    assert_eq!(back.textures[0].image.texels, texture.image.texels);
+    assert!(Arc::ptr_eq(&back.textures[0].image, &back.textures[1].image));
+    assert_eq!(bundle::write(&back).unwrap(), bytes);
+    // Pixels are charged as those of any file.
+    let small = Budget { pixels: 1000, ..Budget::default() };
+    assert!(matches!(bundle::read(&bytes, Path::new("w"), small), Err(raycam_formats::FormatError::Budget { .. })));
+    // A changed image is stored as its texels.
+    let changed = Image::new("b.png", texture.image.size, texture.image.texels.clone());
+    world.textures = vec![Arc::new(Texture { image: Arc::new(changed), sampler: TextureSampler::default() })];
+    assert!(bundle::write(&world).unwrap().len() > 4 * 256 * 256);
 }

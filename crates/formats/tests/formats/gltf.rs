@@ -243,8 +243,8 @@ fn strides_that_are_not_allowed_are_said_and_used() {
     let places = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     for (stride, gap, said) in [
         (0, 0, "byteStride: 0, read as none (VALUE_NOT_IN_RANGE)"),
-        (14, 2, "byteStride: 14, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
-        (256, 244, "byteStride: 256, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
+        (14, 2, "byteStride: 14, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
+        (256, 244, "byteStride: 256, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
     ] {
         let mut bytes = Vec::new();
         for place in places {

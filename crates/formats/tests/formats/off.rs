@@ -141,8 +141,8 @@ fn bad_files_are_told_with_line() {
 #[test]
 fn colours_of_other_scales_are_told() {
     for (color, expected, said) in [
-        ("300 0 0", None, "colours of faces up to 300, expected 0..=255: ignored"),
-        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are taken as 0..=255"),
+        ("300 0 0", None, "colours of faces up to 300, expected 0 to 255: ignored"),
+        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are taken as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
         ("-1 1 0", Some([0.0, 1.0, 0.0]), "below 0 or no numbers are 0: 1"),
     ] {

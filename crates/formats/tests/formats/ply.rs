@@ -302,11 +302,11 @@ fn colours_of_every_scale_are_read_or_clamped() {
     let bytes = colored("uchar", ["255 0 0", "0 188 0", "51 102 204"]);
     assert!(bytes.1.is_empty(), "{:?}", bytes.1);
     for (kind, scale, said) in [
-        ("ushort", 1, "ushort colours up to 255 are taken as 0..=255"),
+        ("ushort", 1, "ushort colours up to 255 are taken as 0 to 255"),
         ("ushort", 257, ""),
-        ("float", 1, "floating-point colours beyond 1 are taken as 0..=255"),
+        ("float", 1, "floating-point colours beyond 1 are taken as 0 to 255"),
         ("int", 1, ""),
-        ("int", 257, "colours beyond 255 are taken as 0..=65535"),
+        ("int", 257, "colours beyond 255 are taken as 0 to 65535"),
     ] {
         let row = |[r, g, b]: [u32; 3]| format!("{} {} {}", scale * r, scale * g, scale * b);
         let rows = [row([255, 0, 0]), row([0, 188, 0]), row([51, 102, 204])];
@@ -319,7 +319,7 @@ fn colours_of_every_scale_are_read_or_clamped() {
     }
     let (nearly, notices) = colored("float", ["1.0000001 0 0", "-0.5 1 0", "nan 0.25 1"]);
     assert_eq!(nearly, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.25, 1.0]]);
-    assert_eq!(notices, ["a.ply: vertices: values of colours outside 0..=1 are clamped: 3"]);
+    assert_eq!(notices, ["a.ply: vertices: values of colours outside 0 to 1 are clamped: 3"]);
     let (unknown, notices) = colored("float", ["1e6 0 0", "0 0 0", "0 0 0"]);
     assert!(unknown.is_empty());
     assert_eq!(notices, ["a.ply: vertices: colours of an unknown scale are ignored"]);

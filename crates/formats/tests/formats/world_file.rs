@@ -67,7 +67,7 @@ fn errors_have_line_key_and_the_nearest_name() {
         ("\n\nupp = \"z\"\n", "room.toml:3: upp: ", "up"),
         ("[camera]\nsize = [640]\nfov = 45\n", "room.toml:2: camera", "2"),
         ("[[object]]\nbox = { sise = 1 }\n", "room.toml:2: object[0].box.sise: ", "size"),
-        ("[[object]]\nbox = {}\ncolor = [2, 0, 0]\n", "room.toml:", "0..=1"),
+        ("[[object]]\nbox = {}\ncolor = [2, 0, 0]\n", "room.toml:", "0 to 1"),
         ("[[light]]\ntype = \"son\"\n", "room.toml:2: light[0]", "sun"),
         ("[[object]]\nmesh = 5\n", "room.toml:2: object[0].mesh: ", "5"),
     ] {

@@ -126,7 +126,8 @@ mod tests {
     use crate::control::Control;
     use crate::film::channel::Channel;
     use crate::film::image_plane::ImagePlane;
-    use crate::guiding::{Caustics, LearnedGuiding};
+    use crate::guiding::LearnedGuiding;
+    use crate::guiding::caustics::Caustics;
     use crate::path_guiding::{GuidingSlot, PathGuiding};
     use crate::prepare::world::PreparedWorld;
     use crate::render;

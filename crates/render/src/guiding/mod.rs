@@ -15,6 +15,7 @@
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod caustic_spots;
+pub(crate) mod caustics;
 pub(crate) mod gap_photons;
 pub(crate) mod gaps;
 pub(crate) mod light_visibility;
@@ -27,20 +28,27 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use raycam_bvh::dispatch_simd;
 
-use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters, find_caustic_candidates};
-use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::caustic_casters::{
+    CausticCaster, MAX_CANDIDATES, MAX_CASTERS, choose_casters, find_caustic_candidates,
+};
+use crate::guiding::caustic_spots::MAX_SPOTS;
+use crate::guiding::caustics::{Caustics, NO_CAUSTICS};
 use crate::guiding::gap_photons::{first_gap_sample, trace_gaps};
+use crate::guiding::gaps::MAX_GAPS;
 use crate::guiding::light_visibility::LightVisibility;
 use crate::guiding::photon_pass::{find_caustics, needs_caustics};
 use crate::guiding::sample_cones::SampleGuided;
 use crate::guiding::visibility_rays::{needs_light_visibility, sees_light};
 use crate::light::lights::Lights;
-use crate::lobes::cone_mixture::ConeMixture;
+use crate::lobes::cone_mixture::{ConeMixture, MAX_CONES};
 use crate::path_guiding::{DirectionGuide, GuidedPoints, PathGuiding};
 use crate::prepare::geometry::Geometry;
 use crate::settings::Settings;
 use crate::soa::{LANES, Vec3xN};
 use crate::thread_pool::MadeOnce;
+
+// One cone for each caster, gap and spot, and two for each map.
+const _: () = assert!(3 * MAX_CASTERS + MAX_GAPS + MAX_SPOTS <= MAX_CONES);
 
 /// Path guiding that learns from photons and shadow rays.
 #[derive(Debug, Default)]
@@ -54,17 +62,6 @@ pub(crate) struct LearnedGuiding {
     /// True for a world within an exposure: tracing photons for every time would cost too much.
     is_within_exposure: bool,
 }
-
-/// Targets around objects that focus light.
-#[derive(Debug, Default)]
-pub(crate) struct Caustics {
-    pub casters: Vec<CausticCaster>,
-    /// The caustic map of each caster; empty for a world within an exposure.
-    pub maps: Vec<CausticMap>,
-    pub spots: Vec<CausticCaster>,
-}
-
-static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };
 
 impl LearnedGuiding {
     pub fn new(is_within_exposure: bool) -> Self {

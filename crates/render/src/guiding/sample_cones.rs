@@ -2,13 +2,11 @@
 
 use raycam_bvh::WithSimd;
 
-use crate::guiding::Caustics;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
 use crate::guiding::caustic_map::GuideTargets;
-use crate::guiding::caustic_spots::MAX_SPOTS;
-use crate::guiding::gaps::MAX_GAPS;
+use crate::guiding::caustics::Caustics;
 use crate::interaction::batch::SurfaceInteractions;
-use crate::lobes::cone_mixture::{ConeMixture, MAX_CONES};
+use crate::lobes::cone_mixture::ConeMixture;
 use crate::soa::{Vec3xN, lane_dvec3, lane_vec3, set_lane};
 
 /// Maximum fraction of a surface's samples that is guided to casters and gaps. Lab note: "Up to a fifth of the rays",
@@ -23,9 +21,6 @@ const MAX_MAP_WEIGHT: f32 = 0.2;
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
 /// Fraction of the casters' weight that remains next to a map. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
-
-// One cone for each caster, gap and spot, and two for each map.
-const _: () = assert!(3 * MAX_CASTERS + MAX_GAPS + MAX_SPOTS <= MAX_CONES);
 
 /// Computes the cones, and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {

@@ -112,7 +112,7 @@ mod tests {
 
     fn gray(size: [u32; 2], of: impl Fn(u32, u32) -> f32) -> Image {
         let texels = (0..size[0] * size[1]).map(|i| [of(i % size[0], i / size[0]); 4]).collect();
-        Image { name: String::new(), size, texels: Texels::Float(texels) }
+        Image::new("", size, Texels::Float(texels))
     }
 
     #[test]

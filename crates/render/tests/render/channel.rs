@@ -78,8 +78,7 @@ fn a_plane_has_its_normal_its_texture_and_its_material() {
     let mut world = World::default();
     let _unused = world.add_material(material([0.1; 3], 1.0, 0.0, 1.0)).unwrap();
     let mesh = primitive::plane([2.0, 2.0]).unwrap();
-    let image =
-        Image { name: "two".into(), size: [2, 1], texels: Texels::Srgb8(vec![[255, 0, 0, 255], [0, 0, 255, 255]]) };
+    let image = Image::new("two", [2, 1], Texels::Srgb8(vec![[255, 0, 0, 255], [0, 0, 255, 255]]));
     let sampler = TextureSampler { wrap: [Wrap::Clamp; 2], ..TextureSampler::default() };
     let texture = world.add_texture(Texture { image: Arc::new(image), sampler });
     let mut stuff = material([0.5, 1.0, 0.25], 0.8, 0.0, 1.0);

@@ -27,7 +27,7 @@ fn scene() -> (World, Camera) {
 /// Adds a floor with an image of fine squares.
 fn add_squares(world: &mut World) {
     let texels = (0..64 * 64).map(|i| if (i % 64 + i / 64) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect();
-    let image = Image { name: "squares".into(), size: [64, 64], texels: Texels::Srgb8(texels) };
+    let image = Image::new("squares", [64, 64], Texels::Srgb8(texels));
     let texture = world.add_texture(Texture { image: Arc::new(image), sampler: TextureSampler::default() });
     let mut stuff = material([1.0; 3], 1.0, 0.0, 1.0);
     stuff.texture = Some(TextureSlot::plain(texture));

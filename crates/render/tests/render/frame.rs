@@ -72,10 +72,10 @@ fn parts_of_the_wrong_size_are_refused() {
     refused(vec![part(left, Channel::Depth), part([9, 0, 8, 8], Channel::Depth)], "gaps");
     let mut other = part(right, Channel::Depth);
     other.size = [16, 8];
-    refused(vec![part(left, Channel::Depth), other], "sizes");
+    refused(vec![part(left, Channel::Depth), other], "size");
     let mut short = part(right, Channel::Depth);
     short.region = [8, 0, 9, 8];
-    refused(vec![part(left, Channel::Depth), short], "fit");
+    refused(vec![part(left, Channel::Depth), short], "region");
 }
 
 #[test]

@@ -33,11 +33,7 @@ fn close(found: f64, expected: f64, relative: f64) {
 fn a_textured_mesh_emits_as_its_texels_do() {
     // Two by two texels on a sheet above the floor: four sheets, each a light of its own.
     let radiance = [[8.0f32, 0.0], [1.0, 3.0]];
-    let image = Image {
-        name: String::new(),
-        size: [2, 2],
-        texels: Texels::Float(radiance.iter().flatten().map(|&v| [v, v, v, 1.0]).collect()),
-    };
+    let image = Image::new("", [2, 2], Texels::Float(radiance.iter().flatten().map(|&v| [v, v, v, 1.0]).collect()));
     let mut shining = plane(4.0, 0.5);
     shining.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     let texture = shining.add_texture(Texture {

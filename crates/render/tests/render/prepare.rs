@@ -45,10 +45,10 @@ fn inconsistent_worlds_are_refused() {
             other => panic!("{word}: {other:?}"),
         }
     };
-    refused(&|w| w.objects[0].mesh = 9, "mesh 9 of 3");
-    refused(&|w| w.objects[1].materials = vec![5], "material 5 of 3");
+    refused(&|w| w.objects[0].mesh = 9, "mesh 9, but the world has 3");
+    refused(&|w| w.objects[1].materials = vec![5], "material 5, but the world has 3");
     refused(&|w| w.objects[1].materials.clear(), "0 materials");
-    refused(&|w| w.materials[0].texture = Some(TextureSlot::plain(2)), "texture 2 of 0");
+    refused(&|w| w.materials[0].texture = Some(TextureSlot::plain(2)), "texture 2, but the world has 0");
     refused(&|w| w.materials[0].color = [2.0; 3], "color");
     refused(&|w| w.objects[0].world_from_mesh = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), "invertible");
     refused(&|w| w.objects[0].world_from_mesh.translation.x = f64::NAN, "invertible");

@@ -29,7 +29,7 @@ pub use self::pixel_center::PixelCenter;
 pub use self::projection::{CameraRay, Pinhole};
 pub use self::rig::{NamedCamera, Rig};
 pub use self::shutter::{Pose, ReadoutDirection, ShutterMotion};
-pub use self::validate::{MAX_PIXELS, MAX_SIDE};
+pub use self::validate::{MAX_PIXELS, MAX_SIDE, ROTATION_TOLERANCE, nearest_rotation};
 pub use self::vignetting::Vignetting;
 
 use std::sync::Arc;

@@ -44,37 +44,53 @@ pub fn check_size(size: [u32; 2]) -> Result<()> {
     Ok(())
 }
 
-/// The rotation nearest to `r`, which must be within 1e-6 of one.
-pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
-    let fail = |message: String| Err(SceneError::camera(format!("R = {}: {message}", format_matrix(r))));
-    if !r.is_finite() {
-        return fail("every value must be finite".into());
+/// Largest difference, in any entry, between a matrix and the nearest rotation at which the matrix counts as a rotation.
+pub const ROTATION_TOLERANCE: f64 = 1e-3;
+
+/// The rotation nearest to `m`, its orthogonal polar factor, and the largest difference of an entry. The transpose of `m`
+/// has the transposed rotation and the same difference.
+///
+/// # Errors
+/// The reason if `m` differs from a rotation by more than [`ROTATION_TOLERANCE`].
+pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
+    if !m.is_finite() {
+        return Err("every value must be finite".into());
     }
-    let off = orthogonality_error(r);
-    if off > 1e-6 {
-        return fail(format!(
-            "not a rotation: R Rᵀ differs from the identity by {off:.3e} (at most 1e-6 is accepted), its determinant \
-             is {:.9}{}",
-            r.determinant(),
-            if off < 0.01 {
-                "; for a rotation of few digits, U, _, Vt = numpy.linalg.svd(R) and U @ Vt is the nearest one"
-            } else {
-                ""
-            }
-        ));
+    let off = orthogonality_error(m);
+    let refused = |nearest: String| {
+        Err(format!(
+            "not a rotation: R R\u{1d40} differs from the identity by {off:.3e}{nearest} (up to {ROTATION_TOLERANCE} in an \
+             entry is accepted), its determinant is {:.6}",
+            m.determinant()
+        ))
+    };
+    if off > 0.1 {
+        return refused(String::new());
     }
-    if r.determinant() < 0.0 {
-        return fail(
+    if m.determinant() < 0.0 {
+        return Err(
             "a reflection (determinant -1), not a rotation: it swaps left and right hand; check the signs of its axes"
                 .into(),
         );
     }
     if off <= 1e-14 {
-        return Ok(r);
+        return Ok((m, 0.0));
     }
     // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
     let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
-    Ok(step(step(step(r))))
+    let steps = if off <= 1e-6 { 3 } else { 6 };
+    let rotation = (0..steps).fold(m, |r, _| step(r));
+    let difference = (m - rotation).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    if difference > ROTATION_TOLERANCE {
+        return refused(format!(", R from the nearest rotation by {difference:.3e}"));
+    }
+    Ok((rotation, difference))
+}
+
+/// The rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of one.
+pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
+    let rotation = nearest_rotation(r);
+    rotation.map(|(r, _)| r).map_err(|message| SceneError::camera(format!("R = {}: {message}", format_matrix(r))))
 }
 
 /// The largest entry of `|R Rᵀ - I|`.

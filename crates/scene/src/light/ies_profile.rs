@@ -28,7 +28,7 @@ impl IesProfile {
                 && angles.iter().all(|angle| (0.0..=limit).contains(angle))
         };
         if !increases(&self.vertical, 180.0) {
-            return fail("vertical angles: expected increasing ones within 0..=180".into());
+            return fail("vertical angles: expected increasing ones within 0 to 180".into());
         }
         let last = self.horizontal.last().copied().unwrap_or_default();
         if !increases(&self.horizontal, 360.0)

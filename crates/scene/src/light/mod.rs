@@ -40,6 +40,7 @@ pub enum Light {
         angular_diameter: f64,
     },
     /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
+    #[serde(alias = "bulb")]
     Point {
         /// The centre, in the world.
         position: [f64; 3],
@@ -215,8 +216,8 @@ impl Light {
             return None;
         }
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
-        *image = Arc::new(Image { texels: Texels::Float(texels), ..Image::clone(image) });
-        let message = format!("environment {file:?}: {count} values below 0 were set to 0");
+        *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
+        let message = format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0");
         Some(Notice::new(NoticeCode::ClampedValue, message))
     }
 

@@ -48,7 +48,7 @@ impl Glass {
             return fail(format!("dispersion {}: expected a finite number >= 0", self.dispersion));
         }
         if !self.attenuation_color.iter().all(|v| (0.0..=1.0).contains(v)) {
-            return fail(format!("attenuation_color {:?}: expected 0..=1", self.attenuation_color));
+            return fail(format!("attenuation_color {:?}: expected 0 to 1", self.attenuation_color));
         }
         if self.attenuation_distance.is_nan() || self.attenuation_distance <= 0.0 {
             return fail(format!(
@@ -64,5 +64,5 @@ pub(crate) fn check_roughness(roughness: f32) -> Result<()> {
     if (0.0..=1.0).contains(&roughness) {
         return Ok(());
     }
-    Err(SceneError::world(format!("roughness {roughness}: expected 0..=1")))
+    Err(SceneError::world(format!("roughness {roughness}: expected 0 to 1")))
 }

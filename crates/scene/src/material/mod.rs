@@ -207,5 +207,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::world(format!("{name} {values:?}: expected 0..=1")))
+    Err(SceneError::world(format!("{name} {values:?}: expected 0 to 1")))
 }

@@ -156,7 +156,7 @@ impl Principled {
             ("anisotropy", self.anisotropy.value),
             ("diffuse_transmission", self.diffuse_transmission.value),
         ] {
-            check(name, value, (0.0..=1.0).contains(&value), "0..=1")?;
+            check(name, value, (0.0..=1.0).contains(&value), "0 to 1")?;
         }
         for (name, color) in [
             ("attenuation_color", self.attenuation_color),
@@ -164,7 +164,7 @@ impl Principled {
             ("diffuse_transmission_color", self.diffuse_transmission_color.value),
         ] {
             for value in color {
-                check(name, value, (0.0..=1.0).contains(&value), "0..=1")?;
+                check(name, value, (0.0..=1.0).contains(&value), "0 to 1")?;
             }
         }
         let [thinnest, thickest] = self.iridescence_thickness;

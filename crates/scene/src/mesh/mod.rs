@@ -63,7 +63,7 @@ impl Mesh {
         if let Some(i) = find_first_invalid(&self.triangles, inside) {
             let triangle = self.triangles[i];
             return fail(format!(
-                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0..={}",
+                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0 to {}",
                 vertices.saturating_sub(1)
             ));
         }
@@ -81,9 +81,9 @@ impl Mesh {
         check_numbers("tangents", self.tangents.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
         let share = |v: f32| (0.0..=1.0).contains(&v);
         let opacities = self.vertex_opacities.as_deref().map(<[f32]>::as_chunks::<1>);
-        check_numbers("vertex_opacities", opacities.map(|(all, _)| all), vertices, "vertices", share, "in 0..=1")?;
-        check_numbers("vertex_colors", self.vertex_colors.as_deref(), vertices, "vertices", share, "in 0..=1")?;
-        check_numbers("face_colors", self.face_colors.as_deref(), triangles, "triangles", share, "in 0..=1")?;
+        check_numbers("vertex_opacities", opacities.map(|(all, _)| all), vertices, "vertices", share, "from 0 to 1")?;
+        check_numbers("vertex_colors", self.vertex_colors.as_deref(), vertices, "vertices", share, "from 0 to 1")?;
+        check_numbers("face_colors", self.face_colors.as_deref(), triangles, "triangles", share, "from 0 to 1")?;
         if let Some(slots) = &self.material_slots {
             check_length("material_slots", slots.len(), triangles, "triangles")?;
         }

@@ -69,7 +69,7 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh> {
 pub fn sphere(radius: f64, level: u32) -> Result<Mesh> {
     check_lengths("sphere radius", &[radius])?;
     if level > MAX_LEVEL {
-        return Err(SceneError::world(format!("sphere level {level}: expected 0..={MAX_LEVEL}")));
+        return Err(SceneError::world(format!("sphere level {level}: expected 0 to {MAX_LEVEL}")));
     }
     let (directions, triangles) = icosphere(level);
     let mut builder = MeshBuilder::default();
@@ -299,5 +299,5 @@ fn check_segments(what: &str, segments: u32, most: u32) -> Result<()> {
     if (3..=most).contains(&segments) {
         return Ok(());
     }
-    Err(SceneError::world(format!("a {what} of {segments} segments: expected 3..={most}")))
+    Err(SceneError::world(format!("a {what} of {segments} segments: expected 3 to {most}")))
 }

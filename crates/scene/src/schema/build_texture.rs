@@ -59,7 +59,7 @@ impl TextureSpec {
             return Err(SceneError::schema("strength", message).into());
         }
         if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
-            let message = format!("{strength}: expected a finite number, 0..=1 for occlusion");
+            let message = format!("{strength}: expected a finite number, 0 to 1 for occlusion");
             return Err(SceneError::schema("strength", message).into());
         }
         let put = TextureBinding {
@@ -85,6 +85,7 @@ impl TextureTable {
         }
         let mut image = Arc::unwrap_or_clone(image);
         image.texels = image.texels.into_memory()?;
+        image.encoded = None;
         if let (true, Texels::Srgb8(texels)) = (data, &mut image.texels) {
             image.texels = Texels::Linear8(std::mem::take(texels));
         }

@@ -100,7 +100,7 @@ impl ObjectSpec {
                 return Ok(());
             }
             let given = if let [value] = values { value.to_string() } else { format!("{values:?}") };
-            Err(SceneError::schema(key, format!("{given}: expected 0..=1")))
+            Err(SceneError::schema(key, format!("{given}: expected 0 to 1")))
         };
         if let Some(Color(color)) = self.color {
             share("color", &color.map(f64::from))?;

@@ -16,7 +16,7 @@ use crate::written::{written, written_schema};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat<const N: usize>(pub [f64; N]);
 
-/// A colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. Always linear here.
+/// A colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. Always linear here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color(pub Rgb);
 
@@ -125,7 +125,7 @@ impl<const N: usize> JsonSchema for Splat<N> {
 }
 
 written! {
-    Color: "3 numbers (linear, 0..=1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")",
+    Color: "3 numbers (linear, 0 to 1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")",
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<Color, E> {
         refuse_bytes([v; 3])?;
@@ -167,7 +167,7 @@ fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     }
     let [r, g, b] = rgb.map(|v| v as u8);
     Err(E::custom(format_args!(
-        "[{r}, {g}, {b}]: numbers are linear and lie in 0..=1; these look like bytes, which are written \
+        "[{r}, {g}, {b}]: numbers are linear, from 0 to 1; these look like bytes, which are written \
          \"#{r:02x}{g:02x}{b:02x}\" (in Python also numpy.uint8([{r}, {g}, {b}]))"
     )))
 }

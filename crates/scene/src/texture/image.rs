@@ -2,15 +2,18 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::{Result, SceneError};
 use crate::texture::cache::paged::PagedTexels;
+use crate::texture::encoded::{ByteString, EncodedImage};
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8};
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
     /// Colours in sRGB.
     Srgb8(Vec<[u8; 4]>),
@@ -21,7 +24,6 @@ pub enum Texels {
     /// Linear values of any size: high dynamic range.
     Float(Vec<[f32; 4]>),
     /// Any of these, in the temporary file of a [`TextureMemory`](super::TextureMemory).
-    #[serde(skip)]
     Paged(PagedTexels),
 }
 
@@ -45,6 +47,11 @@ impl Texels {
             Self::Float(texels) => texels.len(),
             Self::Paged(texels) => texels.len(),
         }
+    }
+
+    /// The number of bytes that they take.
+    pub fn bytes(&self) -> usize {
+        self.len() * self.kind().bytes()
     }
 
     /// True if some texel in memory is not opaque.
@@ -142,35 +149,84 @@ impl Texels {
 }
 
 /// An image.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Image {
     /// The file it came from, or empty.
-    #[serde(serialize_with = "file_name")]
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
-    /// Row-major, row 0 at the top.
-    #[serde(serialize_with = "in_memory")]
+    /// Row-major, row 0 at the top. Empty in the bytes of a world that hold `encoded` instead.
     pub texels: Texels,
+    /// The file that the texels were decoded from, if they have not been changed since and the file is shorter.
+    #[serde(default)]
+    pub encoded: Option<Arc<EncodedImage>>,
 }
 
-/// A file without its folder: the same image is the same data wherever it was read from.
-fn file_name<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(name.rsplit(['/', '\\']).next().unwrap_or(name))
+/// Equal texels of equal files: how they were encoded does not count.
+impl PartialEq for Image {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name && self.size == other.size && self.texels == other.texels
+    }
 }
 
-/// The same image is the same data wherever its texels lie.
-fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::Error> {
-    texels.in_memory().map_err(serde::ser::Error::custom)?.serialize(serializer)
+/// The form of an [`Image`] in the bytes of a world: its file, if there is one, or else the texels. The file's name has no
+/// folder, so that the same image is the same data wherever it was read from, and wherever its texels are.
+#[derive(Serialize)]
+struct StoredImage<'a> {
+    name: &'a str,
+    size: [u32; 2],
+    texels: Cow<'a, Texels>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    encoded: Option<&'a EncodedImage>,
+}
+
+impl Serialize for Image {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let texels = match self.encoded {
+            Some(_) => Cow::Owned(Texels::Srgb8(Vec::new())),
+            None => self.texels.in_memory().map_err(serde::ser::Error::custom)?,
+        };
+        let name = self.name.rsplit(['/', '\\']).next().unwrap_or(&self.name);
+        StoredImage { name, size: self.size, texels, encoded: self.encoded.as_deref() }.serialize(serializer)
+    }
+}
+
+impl Serialize for Texels {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let texels = self.in_memory().map_err(serde::ser::Error::custom)?;
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(texels.bytes()).map_err(serde::ser::Error::custom)?;
+        texels.write_bytes(0..texels.len(), &mut bytes);
+        (texels.kind(), ByteString(bytes)).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Texels {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (kind, ByteString(bytes)) = <(TexelKind, ByteString)>::deserialize(deserializer)?;
+        if bytes.len() % kind.bytes() != 0 {
+            return Err(D::Error::custom(format_args!(
+                "{} bytes of texels; expected a multiple of {}",
+                bytes.len(),
+                kind.bytes()
+            )));
+        }
+        Ok(kind.decode(&bytes).into())
+    }
 }
 
 impl Image {
+    /// An image of texels that no file holds.
+    pub fn new(name: impl Into<String>, size: [u32; 2], texels: Texels) -> Self {
+        Self { name: name.into(), size, texels, encoded: None }
+    }
+
     /// Checks that the number of texels matches the size.
     ///
     /// # Errors
     /// [`SceneError::World`] if it differs, the image is empty, or a texel is not finite.
     pub fn validate(&self) -> Result<()> {
-        let Image { name, size, texels } = self;
+        let Image { name, size, texels, .. } = self;
         let [width, height] = *size;
         if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(SceneError::world(format!(

@@ -13,13 +13,8 @@ impl Image {
     /// that every level has the image's mean up to rounding.
     pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
         if let Texels::Paged(texels) = &self.texels {
-            let level = |texels| {
-                Arc::new(Image {
-                    name: self.name.clone(),
-                    size: PagedTexels::size(&texels),
-                    texels: Texels::Paged(texels),
-                })
-            };
+            let level =
+                |texels| Arc::new(Image::new(self.name.clone(), PagedTexels::size(&texels), Texels::Paged(texels)));
             return texels.mip_map().map(level).collect();
         }
         let mut levels = vec![self.clone()];
@@ -56,7 +51,7 @@ impl Image {
             TexelKind::Float => Texels::Float(all.map(|(x, y)| mean(x, y)).collect()),
             _ => Texels::Linear16(all.map(|(x, y)| mean(x, y).map(|v| (v * 65535.0 + 0.5) as u16)).collect()),
         };
-        Some(Image { name: String::new(), size: [w, h], texels })
+        Some(Image::new("", [w, h], texels))
     }
 
     /// Memory of the texels and their mip map, in bytes.
@@ -95,11 +90,8 @@ mod tests {
     fn every_level_has_the_mean_of_the_image() {
         for size in [[8, 8], [7, 5], [1, 13], [64, 3]] {
             let value = |i: u32| (((i % size[0]) * 7 + (i / size[0]) * 13) % 11) as f32;
-            let image = Arc::new(Image {
-                name: String::new(),
-                size,
-                texels: Texels::Float((0..size[0] * size[1]).map(|i| [value(i); 4]).collect()),
-            });
+            let texels = (0..size[0] * size[1]).map(|i| [value(i); 4]).collect();
+            let image = Arc::new(Image::new("", size, Texels::Float(texels)));
             let mean = |image: &Image| {
                 let count = image.texels.len();
                 (0..count).map(|i| f64::from(image.texels.linear(i)[0])).sum::<f64>() / count as f64
@@ -118,11 +110,8 @@ mod tests {
 
     #[test]
     fn small_numbers_become_sixteen_bits() {
-        let image = Arc::new(Image {
-            name: String::new(),
-            size: [3, 2],
-            texels: Texels::Linear8((0..6).map(|i| [i, 2 * i, 3 * i, 255]).collect()),
-        });
+        let texels = (0..6).map(|i| [i, 2 * i, 3 * i, 255]).collect();
+        let image = Arc::new(Image::new("", [3, 2], Texels::Linear8(texels)));
         assert_eq!(image.bytes(), 6 * 4 + 8);
         let [_, last] = &image.mip_map()[..] else {
             panic!("expected two levels");

@@ -1,6 +1,7 @@
 //! Textures: images, and how surfaces look them up.
 
 pub(crate) mod cache;
+mod encoded;
 mod image;
 mod mip;
 mod paging;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+pub use self::encoded::{ByteString, EncodedImage};
 pub use self::image::{Image, Texels};
 use crate::error::Result;
 pub use crate::texture::cache::paged::PagedTexels;
@@ -111,7 +113,7 @@ impl Texture {
     ) -> Self {
         let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 255]).collect();
         Self {
-            image: Arc::new(Image { name: name.into(), size, texels: Texels::Srgb8(texels) }),
+            image: Arc::new(Image::new(name, size, Texels::Srgb8(texels))),
             sampler: TextureSampler { wrap, ..TextureSampler::default() },
         }
     }

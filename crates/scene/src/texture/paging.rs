@@ -43,6 +43,7 @@ impl TextureCache {
             name: image.name.clone(),
             size: image.size,
             texels: Texels::Paged(PagedTexels::new(self.clone(), levels)),
+            encoded: image.encoded.clone(),
         })
     }
 

@@ -1,9 +1,11 @@
 //! Texels as they are stored, and their linear values.
 
+use serde::{Deserialize, Serialize};
+
 use crate::color::linear_from_srgb8;
 
 /// How a texel is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum TexelKind {
     Srgb8,
     Linear8,

@@ -10,11 +10,7 @@ fn three() -> World {
     let mut world = World::default();
     for (i, name) in ["a", "b", "c"].into_iter().enumerate() {
         let mesh = world.add_mesh(primitive::sphere(1.0 + i as f64, 0).unwrap());
-        let image = raycam_scene::Image {
-            name: name.into(),
-            size: [1, 1],
-            texels: raycam_scene::Texels::Float(vec![[i as f32; 4]]),
-        };
+        let image = raycam_scene::Image::new(name, [1, 1], raycam_scene::Texels::Float(vec![[i as f32; 4]]));
         let texture = world.add_texture(Texture { image: image.into(), sampler: Default::default() });
         let material = Material { texture: Some(TextureSlot::plain(texture)), ..Material::default() };
         let material = world.add_material(material).unwrap();

@@ -36,13 +36,13 @@ fn mesh_errors_name_the_fault() {
     assert!(message(|m| m.vertices[2].y = f64::NAN).contains("vertex 2 is [0.5, NaN, 0]"));
     assert!(message(|m| m.vertices[0].y = f64::INFINITY).contains("must be finite"));
     let out_of_range = message(|m| m.triangles[1][2] = 4);
-    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but there are 4 vertices: indices are 0..=3");
+    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but there are 4 vertices: indices are 0 to 3");
     assert!(message(|m| m.uvs = Some(vec![])).contains("uvs has 0 entries, expected one for each of the 4 vertices"));
     assert!(message(|m| m.normals = Some(vec![[f32::NAN; 3]; 4])).contains("normals[0] is [NaN, NaN, NaN]"));
     assert!(message(|m| m.face_colors = Some(vec![[1.5; 3]; 2])).contains("face_colors[0] is [1.5, 1.5, 1.5]"));
     assert!(message(|m| m.face_colors = Some(vec![[0.5; 3]; 3])).contains("each of the 2 triangles"));
-    assert!(message(|m| m.vertex_colors = Some(vec![[-0.1; 3]; 4])).contains("expected numbers in 0..=1"));
-    assert!(message(|m| m.vertex_colors = Some(vec![[f32::NAN; 3]; 4])).contains("expected numbers in 0..=1"));
+    assert!(message(|m| m.vertex_colors = Some(vec![[-0.1; 3]; 4])).contains("expected numbers from 0 to 1"));
+    assert!(message(|m| m.vertex_colors = Some(vec![[f32::NAN; 3]; 4])).contains("expected numbers from 0 to 1"));
     assert!(message(|m| m.material_slots = Some(vec![0])).contains("material_slots has 1 entries"));
 }
 
@@ -98,6 +98,6 @@ fn the_parts_of_a_model_become_one_mesh() {
     model.parts[0].materials = vec![7, 8];
     fails(&model, "uses a material that is missing");
     model.parts[0].mesh.triangles[0][0] = u32::MAX;
-    fails(&model, "indices are 0..=3");
+    fails(&model, "indices are 0 to 3");
     fails(&MeshFile::default(), "without triangles");
 }

@@ -93,7 +93,7 @@ fn invalid_material_values_are_refused() {
     fails(r#"{ "plane": {}, "type": "principled", "textures": { "rougness": "a.png" } }"#, "roughness");
     fails(r#"{ "plane": {}, "textures": { "normal": { "image": "a.png", "uv_set": 1 } } }"#, "uv_set 1");
     fails(r#"{ "plane": {}, "texture": { "image": "a.png", "strength": 2 } }"#, "texture.strength");
-    fails(r#"{ "plane": {}, "texture": [[0, 256]] }"#, "0..=255");
+    fails(r#"{ "plane": {}, "texture": [[0, 256]] }"#, "0 to 255");
     fails(r#"{ "plane": {}, "texture": [[0, 1], [2]] }"#, "row 1 has 1 texels");
     fails(r#"{ "plane": {}, "texture": [[[1, 2, 3, 4, 5]]] }"#, "1 to 4");
     fails(r#"{ "plane": {}, "texture": [] }"#, "0 x 0");

@@ -117,7 +117,7 @@ fn texels_are_linear_values_with_alpha() {
     nearest.sampler.magnification = TexelFilter::Nearest;
     assert_eq!(rgb(nearest.lookup([0.6, 0.5])), texel(&nearest, 1));
     let infinite = Texture {
-        image: Arc::new(Image { name: "x".into(), size: [1, 1], texels: Texels::Float(vec![[f32::INFINITY; 4]]) }),
+        image: Arc::new(Image::new("x", [1, 1], Texels::Float(vec![[f32::INFINITY; 4]]))),
         sampler: TextureSampler::default(),
     };
     assert!(infinite.validate().is_err());

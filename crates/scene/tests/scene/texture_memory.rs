@@ -16,7 +16,7 @@ fn images(size: [u32; 2]) -> Vec<Arc<Image>> {
     let wide = (0..count).map(|_| std::array::from_fn(|_| (random.next() * 65536.0) as u16)).collect();
     let float = (0..count).map(|_| std::array::from_fn(|_| (random.next() * 2000.0 - 1000.0) as f32)).collect();
     let kinds = [Texels::Srgb8(srgb), Texels::Linear8(linear), Texels::Linear16(wide), Texels::Float(float)];
-    let image = |texels| Arc::new(Image { name: "noise".into(), size, texels });
+    let image = |texels| Arc::new(Image::new("noise", size, texels));
     kinds.into_iter().map(image).collect()
 }
 
@@ -114,7 +114,7 @@ fn threads_share_tiles_and_see_the_same() {
 fn textures_are_paged_only_above_the_limit() {
     let image = |seed: u32| {
         let texels = vec![[seed as u8; 4]; 64 * 64];
-        Arc::new(Image { name: format!("{seed}"), size: [64, 64], texels: Texels::Linear8(texels) })
+        Arc::new(Image::new(format!("{seed}"), [64, 64], Texels::Linear8(texels)))
     };
     // 64 x 64 texels of 4 bytes, and 32 x 32 + ... + 1 of 8.
     let each = 64 * 64 * 4 + 1365 * 8;
@@ -190,6 +190,6 @@ fn missing_temporary_folders_are_reported_with_a_remedy() {
 #[test]
 fn empty_images_are_refused() {
     let memory = Arc::new(TextureCache::new(10));
-    let image = Arc::new(Image { name: String::new(), size: [1, 1], texels: Texels::Float(vec![[f32::NAN; 4]]) });
+    let image = Arc::new(Image::new("", [1, 1], Texels::Float(vec![[f32::NAN; 4]])));
     assert!(memory.insert(image).is_err());
 }

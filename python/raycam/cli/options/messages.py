@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterable
 
 from ...errors import Notice
 
+ARGUMENTS_AS_TYPED = {
+    r"\bresume=False\b": "--no-resume",
+    r"\bretry_failed=True\b": "--retry-failed",
+    r"\bshard=\(I, N\)": "--shard I/N",
+    r"\bexposure=(-?[\d.]+)": r"--exposure=\1",
+}
+"""Arguments of Python functions in messages, and the options to type instead."""
+
 __all__ = [
     "add_verbosity",
+    "as_typed",
     "is_verbose",
     "print_detail",
     "print_notice",
@@ -77,4 +87,11 @@ def print_notice(notice: Notice | str) -> None:
     if str(notice) not in PRINTED_NOTICES:
         PRINTED_NOTICES.add(str(notice))
         if not VERBOSITY["quiet"]:
-            print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)
+            print(f"raycam: notice: {as_typed(str(notice))}", file=sys.stderr, flush=True)
+
+
+def as_typed(message: str) -> str:
+    """Returns a message with the options of the command line instead of Python's arguments."""
+    for argument, option in ARGUMENTS_AS_TYPED.items():
+        message = re.sub(argument, option, message)
+    return message

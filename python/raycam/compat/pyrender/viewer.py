@@ -128,7 +128,9 @@ class Viewer:
 
     def save_gif(self, filename: Any = None) -> None:
         """Raises `NotImplementedError`."""
-        raise NotImplementedError("save_gif: raycam.render_video writes films of a world")
+        raise NotImplementedError(
+            "save_gif is not supported; raycam.video.write_video writes videos of a world"
+        )
 
     def __getattr__(self, name: str) -> Any:
         """Raises `AttributeError`; for the handlers of pyrender's window with the way on."""

@@ -62,7 +62,8 @@ def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licen
     }
     if plan.recipe is not None:
         found["worlds"] = 1 + max(view.world or 0 for view in plan.shots)
-        found["seed"] = plan.recipe.seed
+        if plan.recipe.seed is not None:
+            found["seed"] = plan.recipe.seed
     if "splits" in plan.options:
         found["splits"] = dict(Counter(split_names(plan)))
     objects = Counter(

@@ -1,6 +1,7 @@
-"""MCAP as ROS 2 has it: one bag of all views, with camera_info, pictures, depth and poses. Needs the package `mcap`.
+"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, poses and the frame tree. Needs the package `mcap`.
 
-Source: mcap.dev, the specification; ROS 2 `sensor_msgs`, `geometry_msgs`; OMG CDR, little endian, as XCDR1 aligns it.
+Sources: the MCAP specification (mcap.dev); ROS 2 `sensor_msgs`, `geometry_msgs` and `tf2_msgs`; REP-105 for the frames;
+OMG CDR, little endian, aligned as in XCDR1.
 """
 
 from __future__ import annotations
@@ -12,26 +13,32 @@ import struct
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from itertools import chain
 from types import ModuleType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
+import numpy.typing as npt
 
 from ...annotations.flow import check_rectified
-from ...arguments import Floats
+from ...arguments import Floats, product
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
-from ..plan import Format, Index, Made, Plan, Record, k_with_integer_centers
+from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
 
 __all__ = ["FORMAT"]
 
-OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True}
+OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True, "start_time": 1.0}
+WORLD, BODY = "world", "base_link"
+"""The fixed frame, and the frame of a rig's body."""
 HEADER = "std_msgs/Header header\n"
 RULE = "=" * 80 + "\n"
 STAMPED = (
     f"{RULE}MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
     f"{RULE}MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
 )
+QUATERNION = f"{RULE}MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
 DEFINITIONS = {
     "sensor_msgs/msg/CameraInfo": f"{HEADER}uint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
     "float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n"
@@ -42,10 +49,23 @@ DEFINITIONS = {
     f"uint8[] data\n{STAMPED}",
     "geometry_msgs/msg/PoseStamped": f"{HEADER}geometry_msgs/Pose pose\n{RULE}MSG: geometry_msgs/Pose\n"
     f"geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n{RULE}MSG: geometry_msgs/Point\nfloat64 x\n"
-    f"float64 y\nfloat64 z\n{RULE}MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n{STAMPED}",
+    f"float64 y\nfloat64 z\n{QUATERNION}{STAMPED}",
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"
+    f"{RULE}MSG: geometry_msgs/TransformStamped\n{HEADER}string child_frame_id\ngeometry_msgs/Transform transform\n"
+    f"{RULE}MSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
+    f"{RULE}MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n{QUATERNION}{STAMPED}",
+    "std_msgs/msg/String": "string data\n",
 }
 """The messages in the words of `ros2msg`, with what they are made of."""
 BAG = "raycam.mcap"
+LATCHED = ("/tf_static", "/instances")
+"""Topics that are sent once, and that late subscribers receive too."""
+LATCHED_QOS = (
+    "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
+    "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
+    "  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n  avoid_ros_namespace_conventions: false"
+)
+"""The quality of service of latched topics, in the words of rosbag2: reliable and transient local."""
 
 
 def library() -> ModuleType:
@@ -158,37 +178,44 @@ def names(plan: Plan, number: int) -> tuple[str, str]:
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` without mcap, for invalid options, lenses that ROS does not have and negative times."""
+    """Raises `SettingsError` without mcap, for invalid options, unsupported lenses and times before 0."""
     library()
     fps, topic = plan.options["fps"], plan.options["topic"]
     if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
     if not (isinstance(topic, str) and topic.startswith("/")):
         raise SettingsError(f"topic is {topic!r}, expected a name that begins with /, as /camera")
+    start = plan.options["start_time"]
+    if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**31):
+        raise SettingsError(f"start_time must be seconds from 0 to 2147483647, got {start!r}")
     for number, view in enumerate(plan.shots):
         distortion(view.camera)
-        if view.time is not None and view.time < 0:
-            raise SettingsError(f"view {number} is at {view.time} s: times of a bag are not negative")
+        if view.time is not None and start + view.time < 0:
+            raise SettingsError(
+                f"view {number} is at {view.time} s; start_time + time must be at least 0: use start_time={-view.time}"
+            )
 
 
 def stamp_of(plan: Plan, number: int) -> int:
-    """The time of a view in nanoseconds: its own, or that of its frame at `fps`; a pose of a rig has one."""
+    """The time stamp of a view, nanoseconds: `start_time` plus its time, or that of its frame at `fps`.
+
+    All cameras of a rig's pose have one stamp. ROS reads a stamp of 0 as "the latest", so `start_time` is 1 by default.
+    """
     view = plan.shots[number]
     frame = number if view.rig is None else view.rig[0]
     seconds = view.time if view.time is not None else frame / float(plan.options["fps"])
-    return round(seconds * 1e9)
+    return round(float(plan.options["start_time"]) * 1e9) + round(seconds * 1e9)
 
 
 def make(plan: Plan, number: int) -> Made:
     """Makes a picture as PNG; its messages are in the record, for the bag."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
-    frame = shot.render(["color", "depth"] if deep else ["color"])
+    frame = shot.render(["color", "instance", *(["depth"] if deep else [])])
     topic, optical = names(plan, number)
     stamp, picture = stamp_of(plan, number), frame.to_png()
-    width, height = camera.size
     pose = (
-        Cdr().add_header(stamp, "world").add_numbers("d", *camera.C).add_numbers("d", *quaternion(camera.R.T))
+        Cdr().add_header(stamp, WORLD).add_numbers("d", *camera.C).add_numbers("d", *quaternion(camera.R.T))
     )
     image = Cdr().add_header(stamp, optical).add_text("png").add_bytes(picture)
     messages = [
@@ -200,31 +227,99 @@ def make(plan: Plan, number: int) -> Made:
         (f"{topic}/image/compressed", "sensor_msgs/msg/CompressedImage", image.to_bytes()),
         (f"{topic}/pose", "geometry_msgs/msg/PoseStamped", pose.to_bytes()),
     ]
+    ids = frame["instance"].astype("<i4")
+    messages.append((f"{topic}/instance", "sensor_msgs/msg/Image", image_of(ids, "32SC1", stamp, optical)))
     if deep:
         metres = np.where(np.isfinite(frame["depth"]), frame["depth"], np.nan).astype("<f4")
-        depth = (
-            Cdr()
-            .add_header(stamp, optical)
-            .add_numbers("I", height, width)
-            .add_text("32FC1")
-            .add_numbers("B", 0)
-            .add_numbers("I", 4 * width)
-        )
         messages.append(
-            (f"{topic}/depth", "sensor_msgs/msg/Image", depth.add_bytes(metres.tobytes()).to_bytes())
+            (f"{topic}/depth", "sensor_msgs/msg/Image", image_of(metres, "32FC1", stamp, optical))
         )
+    messages += transforms(plan, number, stamp)
     rows = [(name, kind, base64.b64encode(data).decode()) for name, kind, data in messages]
     return {f"images/{plan.picture_name(number)}.png": picture}, {"stamp": stamp, "messages": rows}
 
 
+def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) -> bytes:
+    """A `sensor_msgs/Image` of four-byte values [height, width], little endian."""
+    height, width = values.shape
+    message = Cdr().add_header(stamp, frame).add_numbers("I", height, width).add_text(encoding)
+    return message.add_numbers("B", 0).add_numbers("I", 4 * width).add_bytes(values.tobytes()).to_bytes()
+
+
+def transform(stamp: int, parent: str, child: str, rotation: Floats, translation: Floats) -> bytes:
+    """A `tf2_msgs/TFMessage` with one transform, which takes coordinates in `child` to coordinates in `parent`."""
+    message = Cdr().add_numbers("I", 1).add_header(stamp, parent).add_text(child)
+    return message.add_numbers("d", *translation).add_numbers("d", *quaternion(rotation)).to_bytes()
+
+
+def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
+    """The transforms that a view adds to the frame tree.
+
+    A camera alone has the frame of its optics in `world`. The cameras of a rig are fixed on `base_link`, which is the
+    rig's body, or the first camera of a rig whose cameras do not keep their places; the body moves in `world`.
+    """
+    kind, view = "tf2_msgs/msg/TFMessage", plan.shots[number]
+    optical = names(plan, number)[1]
+    if view.rig is None:
+        moved = transform(stamp, WORLD, optical, view.camera.R.T, view.camera.C)
+        return [("/tf", kind, moved)]
+    pose = next(frame for frame in plan.rigs if number in frame)
+    R, C = body_of(plan, pose)
+    found = []
+    if number == pose[0]:
+        found.append(("/tf", kind, transform(stamp, WORLD, BODY, R.T, C)))
+    fixed = has_fixed_mounts(plan)
+    if not fixed or pose is plan.rigs[0]:
+        place = transform(stamp, BODY, optical, *mount_of(view.camera, R, C))
+        found.append(("/tf_static" if fixed else "/tf", kind, place))
+    return found
+
+
+def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
+    """The rotation body_from_world and the position of a rig's body, for the views of one of its poses."""
+    first = plan.shots[pose[0]]
+    return first.body if first.body is not None else (first.camera.R, first.camera.C)
+
+
+def mount_of(camera: Camera, R: Floats, C: Floats) -> tuple[Floats, Floats]:
+    """The rotation body_from_camera, and the camera's place on the body."""
+    return product(R, camera.R.T), product(R, camera.C - C)
+
+
+_fixed: WeakKeyDictionary[Plan, bool] = WeakKeyDictionary()
+
+
+def has_fixed_mounts(plan: Plan) -> bool:
+    """True if the cameras have the same places on the body at every pose of the rigs; computed once for a plan."""
+    if plan not in _fixed:
+        mounts: dict[str, tuple[Floats, Floats]] = {}
+
+        def agrees(view: View, pose: list[int]) -> bool:
+            name = "" if view.rig is None else view.rig[1]
+            found = mount_of(view.camera, *body_of(plan, pose))
+            known = mounts.setdefault(name, found)
+            return all(np.allclose(a, b, rtol=0, atol=1e-9) for a, b in zip(found, known, strict=True))
+
+        _fixed[plan] = all(agrees(plan.shots[number], pose) for pose in plan.rigs for number in pose)
+    return _fixed[plan]
+
+
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes the bag, a piece for each view, and `metadata.yaml`, by which `ros2 bag` opens the folder."""
-    yield BAG, bag(records())
-    yield "metadata.yaml", [metadata(records()).encode()]
+    table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
+    start = stamp_of(plan, 0)
+    about = Cdr().add_text(json.dumps(table)).to_bytes()
+    first = ("/instances", "std_msgs/msg/String", base64.b64encode(about).decode())
+
+    def every() -> Iterator[Record]:
+        return chain([{"stamp": start, "messages": [first]}], records())
+
+    yield BAG, bag(every())
+    yield "metadata.yaml", [metadata(every()).encode()]
 
 
 def bag(records: Iterator[Record]) -> Iterator[bytes]:
-    """Iterates over the bytes of the bag, which is made in a temporary file."""
+    """Iterates over the bytes of the bag, which is written to a temporary file."""
     with tempfile.TemporaryFile() as stream:
         writer = library().Writer(stream, compression=library().CompressionType.NONE)
         writer.start(profile="ros2", library="raycam")
@@ -235,7 +330,8 @@ def bag(records: Iterator[Record]) -> Iterator[bytes]:
                 if kind not in schemas:
                     schemas[kind] = writer.register_schema(kind, "ros2msg", DEFINITIONS[kind].encode())
                 if topic not in channels:
-                    channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
+                    about = {"offered_qos_profiles": LATCHED_QOS} if topic in LATCHED else {}
+                    channels[topic] = writer.register_channel(topic, "cdr", schemas[kind], metadata=about)
                 stamp = record["stamp"]
                 data = base64.b64decode(text)
                 writer.add_message(channels[topic], stamp, data, stamp, sequence)
@@ -253,9 +349,11 @@ def metadata(records: Iterator[Record]) -> str:
         last = max(last, record["stamp"])
         for topic, kind, _ in record["messages"]:
             counts[topic, kind] = counts.get((topic, kind), 0) + 1
+    quality = {topic: json.dumps(LATCHED_QOS if topic in LATCHED else "") for topic, _ in counts}
     topics = "".join(
         f"    - topic_metadata:\n        name: {json.dumps(topic)}\n        type: {kind}\n"
-        f"        serialization_format: cdr\n        offered_qos_profiles: ''\n      message_count: {count}\n"
+        f"        serialization_format: cdr\n"
+        f"        offered_qos_profiles: {quality[topic]}\n      message_count: {count}\n"
         for (topic, kind), count in counts.items()
     )
     return (

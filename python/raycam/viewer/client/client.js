@@ -326,7 +326,7 @@ export class Client {
   }
 
   showZoom() {
-    const percent = 100 * this.picture.zoom * (devicePixelRatio || 1);
+    const percent = 100 * this.picture.zoom * this.picture.ratio;
     const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }

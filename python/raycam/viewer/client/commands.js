@@ -1,7 +1,7 @@
 // The commands of keys, buttons and pointers, carried out by a client.
 
 import { byId, element } from "./dom.js";
-import { KEYS, commandOf } from "./keys.js";
+import { KEYS, commandOf, keyLabel } from "./keys.js";
 import { listenToPointers } from "./pointer.js";
 
 /** @typedef {import("./client.js").Client} Client */
@@ -24,7 +24,7 @@ function commandsOf(client) {
     fit: () => picture.fit(),
     home: () => picture.fit(),
     "one-to-one": () => {
-      const isOne = !picture.fitted && Math.abs(picture.zoom * (devicePixelRatio || 1) - 1) < 1e-3;
+      const isOne = !picture.fitted && Math.abs(picture.zoom * picture.ratio - 1) < 1e-3;
       if (isOne) picture.fit();
       else picture.oneToOne();
     },
@@ -56,6 +56,7 @@ function commandsOf(client) {
     leave: () => {
       client.unsay();
       client.hold(null);
+      if (client.transport.live) client.transport.send({ type: "forget" });
     },
     pan: (dx, dy) => picture.pan(-PAN_STEP * Number(dx), -PAN_STEP * Number(dy)),
   };
@@ -111,18 +112,31 @@ export function bindCommands(client, live) {
     grabs: (at) => client.grabsDivider(at),
     dragGrabbed: (at) => client.divideAt(at),
     ...live.pointers,
-  });
+  }, self !== top);
   byId("mouse-help", HTMLElement).textContent = live.mouse;
-  fillKeys(client.transport.live);
+  fillKeys(client.transport.live, perform);
 }
 
-/** @param {boolean} live */
-function fillKeys(live) {
-  const rows = KEYS.filter((row) => live || !row.live).map(({ keys, does }) => {
+/**
+ * Fills the help: a row for each command, with its keys as they are labelled on this keyboard and a button.
+ * @param {boolean} live
+ * @param {(command: string) => void} perform
+ */
+async function fillKeys(live, perform) {
+  const { keyboard } = /** @type {any} */ (navigator);
+  const layout = await Promise.resolve(keyboard?.getLayoutMap?.()).catch(() => null);
+  const rows = KEYS.filter((row) => live || !row.live).map(({ keys, command, does }) => {
     const row = element("tr");
     const cell = element("th", "", { scope: "row" });
-    keys.forEach((key, i) => cell.append(i ? " " : "", element("kbd", key.replace("Arrow", ""))));
-    row.append(cell, element("td", does));
+    keys.forEach((key, i) => cell.append(i ? " " : "", element("kbd", keyLabel(key, layout || null))));
+    const button = element("button", does, { type: "button" });
+    button.addEventListener("click", () => {
+      byId("help", HTMLDialogElement).close();
+      perform(command);
+    });
+    const action = element("td");
+    action.append(button);
+    row.append(cell, action);
     return row;
   });
   byId("key-rows", HTMLElement).replaceChildren(...rows);

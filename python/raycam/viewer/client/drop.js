@@ -1,54 +1,71 @@
 // Files that are dropped on the live view: sent in pieces, then the world among them is opened.
 
+import { filesOf, isKnown, isWorld } from "./files.js";
+
 /** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("./files.js").FileTypes} FileTypes */
+/** @typedef {import("./files.js").NamedFile} NamedFile */
 
 const PIECE = 45000; // bytes, 60000 letters of base64
-const LONGEST_NAME = 100, LARGEST_FILE = 2 ** 28; // as the server takes them
-const WORLD_ENDINGS = /\.(toml|gltf|glb|obj|ply|stl|off)$/i;
+const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // as the server takes them
+const LISTED = 3; // names of ignored files in a notice
+const ARCHIVE = /\.zip$/i;
 
 /**
  * Listens to files that are dropped anywhere on the page.
  * @param {Client} client
- * @param {() => boolean} allowed
+ * @param {() => FileTypes | null} types of files that the server opens; null if it opens none
  */
-export function listenToDrops(client, allowed) {
+export function listenToDrops(client, types) {
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
     event.preventDefault();
-    const files = [...(event.dataTransfer?.files || [])];
-    if (!files.length) return;
-    if (!allowed()) return client.say("This view opens no files: start it with --allow-open.", "notice");
-    sendFiles(client, files).catch((error) => client.say(`The files could not be read: ${error}`, "error"));
+    const { dataTransfer } = event;
+    if (!dataTransfer?.files.length) return;
+    const known = types();
+    if (!known) return client.say("This view cannot open files: start it with --allow-open.", "notice");
+    filesOf(dataTransfer)
+      .then((files) => sendFiles(client, files, known))
+      .catch((error) => client.say(`The files could not be read: ${error}`, "error"));
   });
 }
 
 /**
+ * Sends the files that a world may need, and opens the world among them; files of other types are ignored.
  * @param {Client} client
- * @param {File[]} files
+ * @param {NamedFile[]} files
+ * @param {FileTypes} types
  */
-async function sendFiles(client, files) {
-  const world = files.find(({ name }) => WORLD_ENDINGS.test(name));
-  if (!world) return client.say("None of these files is a world: .toml, .gltf, .glb, .obj, .ply, .stl or .off.", "error");
-  const refused = files.find(({ name, size }) => name.length > LONGEST_NAME || size === 0 || size > LARGEST_FILE);
+async function sendFiles(client, files, types) {
+  const depth = (/** @type {NamedFile} */ { name }) => name.split("/").length;
+  const used = files.filter(({ name, file }) => (isKnown(name, types) || ARCHIVE.test(name)) && file.size > 0);
+  const worlds = used.filter(({ name }) => isWorld(name, types) || ARCHIVE.test(name)).sort((a, b) => depth(a) - depth(b));
+  const world = types.worlds.map((type) => worlds.find(({ name }) => name.toLowerCase().endsWith(`.${type}`))).find(Boolean) || worlds[0];
+  if (!world) return client.say(`No world found in these files; supported: ${types.worlds.join(", ")}, zip.`, "error");
+  const refused = used.find(({ name, file }) => name.length > LONGEST_NAME || file.size > LARGEST_FILE);
   if (refused) return client.say(whyNot(refused), "error");
-  for (const file of files) {
+  const ignored = files.filter((each) => !used.includes(each)).map(({ name }) => name);
+  if (ignored.length) {
+    const more = ignored.length > LISTED ? ` and ${ignored.length - LISTED} more` : "";
+    client.say(`Ignored: ${ignored.slice(0, LISTED).join(", ")}${more}.`, "notice");
+  }
+  for (const { name, file } of used) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     for (let offset = 0; offset < bytes.length; offset += PIECE) {
       const data = base64Of(bytes.subarray(offset, offset + PIECE));
-      client.transport.send({ type: "upload", name: file.name, bytes: bytes.length, offset, data });
+      client.transport.send({ type: "upload", name, bytes: bytes.length, offset, data });
     }
   }
   client.transport.send({ type: "open", name: world.name });
 }
 
 /**
- * @param {File} file that is not sent
+ * @param {NamedFile} file that is not sent
  * @returns {string} the reason
  */
-function whyNot({ name, size }) {
-  if (size === 0) return `${name} is empty, or a folder: drop the files in it.`;
-  if (size > LARGEST_FILE) return `${name} has ${Math.ceil(size / 2 ** 20)} MiB, more than 256: open it with raycam view FILE.`;
-  return `${name}: its name has more than ${LONGEST_NAME} characters: rename it.`;
+function whyNot({ name, file: { size } }) {
+  if (size > LARGEST_FILE) return `${name} is too large: ${Math.ceil(size / 2 ** 20)} MiB, the limit is 256 MiB; open it with raycam view FILE.`;
+  return `${name.slice(0, 40)}...: the name is longer than ${LONGEST_NAME} characters; rename the file.`;
 }
 
 /**

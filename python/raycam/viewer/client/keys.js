@@ -44,7 +44,7 @@ export const KEYS = [
   { keys: ["C"], command: "camera-step 1", does: "next camera", live: true },
   { keys: ["Shift+C"], command: "camera-step -1", does: "previous camera", live: true },
   { keys: ["V"], command: "look-through", does: "look through the camera, or leave it", live: true },
-  { keys: ["Tab"], command: "drive", does: "with the focus on the picture: orbit, fly or walk (W A S D Q E, Shift: fast, wheel: speed)", live: true },
+  { keys: ["N"], command: "drive", does: "next way to move: orbit, fly or walk (W A S D Q E, Shift: fast, wheel: speed)", live: true },
   { keys: ["K"], command: "play", does: "play or pause what moves", live: true },
   { keys: [","], command: "frame -1", does: "1/30 s back", live: true },
   { keys: ["."], command: "frame 1", does: "1/30 s on", live: true },
@@ -59,15 +59,38 @@ export const KEYS = [
   { keys: ["Escape"], command: "leave", does: "let go of the held pixel, close a message or the help" },
 ];
 
+/** Names of keys by their place on the keyboard, which does not depend on the layout. */
+const KEY_PLACES = /** @type {Record<string, string>} */ ({
+  BracketLeft: "[", BracketRight: "]", Minus: "-", Equal: "=", Comma: ",", Period: ".", NumpadAdd: "+", NumpadSubtract: "-",
+});
+
 /**
- * The name of a pressed key as the table writes it.
+ * The name of a pressed key as the table writes it: by its place on the keyboard, so that keys work on any layout. With
+ * Ctrl, a Latin letter counts instead: Ctrl and Z is undo wherever Z is.
  * @param {KeyboardEvent} event
  * @returns {string}
  */
-export function keyName(event) {
-  const key = event.key === " " ? "Space" : event.key.length === 1 ? event.key.toUpperCase() : event.key;
-  const shift = event.shiftKey && /^[A-Z]$|^.{2,}$/.test(key);
-  return `${event.ctrlKey || event.metaKey ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key}`;
+export function keyName({ key: typed, code, ctrlKey, metaKey, altKey, shiftKey }) {
+  const isControl = ctrlKey || metaKey;
+  const upper = typed.length === 1 ? typed.toUpperCase() : typed;
+  const byPlace = KEY_PLACES[code] || (/^(?:Key|Digit)(.)$/.exec(code) || [])[1];
+  const isByType = typed === "?" || (isControl && /^[A-Z]$/.test(upper));
+  const key = typed === " " ? "Space" : (!isByType && byPlace) || upper;
+  const shift = shiftKey && /^[A-Z]$|^.{2,}$/.test(key);
+  return `${isControl ? "Ctrl+" : ""}${altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key}`;
+}
+
+/**
+ * The label of a key of the table on this keyboard.
+ * @param {string} name
+ * @param {Map<string, string> | null} layout letters by places, if the browser has them
+ * @returns {string}
+ */
+export function keyLabel(name, layout) {
+  const [, modifiers, key] = /^((?:\w+\+)*)(.+)$/.exec(name) || ["", "", name];
+  const place = /^[A-Z]$/.test(key) ? `Key${key}` : Object.keys(KEY_PLACES).find((code) => KEY_PLACES[code] === key) || "";
+  const label = (!modifiers.includes("Ctrl") && layout?.get(place)?.toUpperCase()) || key;
+  return `${modifiers}${label.replace("Arrow", "")}`;
 }
 
 /**
@@ -83,8 +106,6 @@ export function commandOf(event, live) {
   if (field && (field.matches("input:not([type=checkbox]), select, textarea") || name === "Space" || name === "Enter")) {
     return null;
   }
-  const onPicture = target.id === "picture";
-  if (name === "Tab" && !onPicture) return null;
   if (name === "Ctrl+C" && String(getSelection())) return null;
   const row = KEYS.find(({ keys }) => keys.includes(name));
   return row && (live || !row.live) ? row.command : null;

@@ -1,7 +1,6 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
-import { listenToDrops } from "./drop.js";
 import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
@@ -29,7 +28,7 @@ const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
 });
 
-/** Ways to move, in the order of the key Tab, and what is said of them. */
+/** Ways to move, in the order of the key N, and what is said of them. */
 const WAYS = /** @type {Record<string, string>} */ ({
   orbit: "Orbit: drag turns around the pivot.",
   fly: "Fly: W A S D move, E and Q rise and sink, drag looks around, Shift is fast, the wheel changes the speed.",
@@ -44,8 +43,8 @@ export class LiveView {
     this.lens = new LensControls(client);
     this.pose = new PoseControls(client);
     this.gizmo = new Gizmo(client);
-    this.opens = false;
-    listenToDrops(client, () => this.opens);
+    /** Types of the files that the server opens; null if it opens none. @type {import("./files.js").FileTypes | null} */
+    this.opens = null;
     this.world = new WorldControls(client);
     this.navigator = new Navigator((message) => client.transport.send(message));
     this.navigator.onMove = () => this.moved();
@@ -84,6 +83,7 @@ export class LiveView {
     addEventListener("blur", () => this.down.clear());
     document.addEventListener("visibilitychange", () => client.transport.send({ type: "visible", visible: !document.hidden }));
     new ResizeObserver(() => this.resized()).observe(client.picture.canvas);
+    client.picture.onRatio = () => this.resized();
   }
 
   /**
@@ -97,7 +97,7 @@ export class LiveView {
       this.integrator.value = message.integrator;
     }
     if (message.type === "welcome") this.timeline.welcome(message);
-    if (message.type === "welcome") this.opens = Boolean(message.opens);
+    if (message.type === "welcome") this.opens = message.opens || null;
     if (message.type === "welcome") this.begin(message);
     if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "welcome") this.navigator.welcome(message.camera);

@@ -3,10 +3,11 @@
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
+import { listenToDrops } from "./drop.js";
 import { serve } from "./core/worker.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
 import { FrameTransport } from "./transport/frame.js";
-import { Playground, examplesOfPage } from "./core/playground.js";
+import { Playground, playgroundOfPage } from "./core/playground.js";
 import { PageTransport } from "./transport/page.js";
 import { SocketTransport } from "./transport/socket.js";
 import { WorkerTransport } from "./transport/worker.js";
@@ -24,10 +25,10 @@ function openLive(transport) {
   client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view: /** @type {import("./messages").Display["view"]} */ (view) });
   bindCommands(client, { commands: live.commands(), pointers: live.pointers(), mouse: LIVE_MOUSE });
   client.open();
-  if (!(transport instanceof WorkerTransport)) return;
+  if (!(transport instanceof WorkerTransport)) return listenToDrops(client, () => live.opens);
   document.body.classList.add("in-page");
-  const examples = examplesOfPage();
-  if (examples) new Playground(transport, examples);
+  const page = playgroundOfPage();
+  if (page) new Playground(transport, page.playground, page.types);
 }
 
 function openPage() {

@@ -173,6 +173,11 @@ export interface Explain {
   v: number;
 }
 
+/** Removes the rays of the explained pixel from the image. */
+export interface Forget {
+  type: "forget";
+}
+
 /** Requests a file of the still image or of the world. */
 export interface Snapshot {
   type: "snapshot";
@@ -249,6 +254,7 @@ export type ClientMessage =
   | Probe
   | Pick
   | Explain
+  | Forget
   | Snapshot
   | Film
   | Stop

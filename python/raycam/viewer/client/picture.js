@@ -35,9 +35,29 @@ export class PictureView {
     this.top = 0;
     this.fitted = true;
     this.waiting = false;
+    /** Device pixels per CSS pixel of the drawn picture. */
+    this.ratio = devicePixelRatio || 1;
+    /** Called when the ratio changes, such as on another screen. */
+    this.onRatio = () => {};
     /** Called when the zoom changes. */
     this.onZoom = () => {};
     new ResizeObserver(() => this.resized()).observe(canvas);
+    this.watchRatio();
+    canvas.addEventListener("pointermove", () => this.checkRatio());
+  }
+
+  /** Draws again when the window moves to a screen with another ratio: its size in CSS pixels may stay the same. */
+  watchRatio() {
+    matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
+      this.watchRatio();
+      this.checkRatio();
+    }, { once: true });
+  }
+
+  checkRatio() {
+    if (this.ratio === (devicePixelRatio || 1)) return;
+    this.resized();
+    this.onRatio();
   }
 
   /**
@@ -61,10 +81,10 @@ export class PictureView {
   }
 
   resized() {
-    const ratio = devicePixelRatio || 1;
+    this.ratio = devicePixelRatio || 1;
     const { width, height } = this.canvas.getBoundingClientRect();
-    this.canvas.width = Math.max(1, Math.round(width * ratio));
-    this.canvas.height = Math.max(1, Math.round(height * ratio));
+    this.canvas.width = Math.max(1, Math.round(width * this.ratio));
+    this.canvas.height = Math.max(1, Math.round(height * this.ratio));
     if (this.fitted) this.fit();
     else this.redraw();
   }
@@ -82,7 +102,7 @@ export class PictureView {
   /** One pixel of the picture on one of the display, the middle staying where it is. */
   oneToOne() {
     const { width, height } = this.canvas.getBoundingClientRect();
-    this.zoomAt(1 / (devicePixelRatio || 1) / this.zoom, width / 2, height / 2);
+    this.zoomAt(1 / this.ratio / this.zoom, width / 2, height / 2);
   }
 
   /**
@@ -115,7 +135,7 @@ export class PictureView {
 
   /** After a zoom or a move: the picture begins at a pixel of the display, so that 1:1 is exact. */
   changed() {
-    const ratio = devicePixelRatio || 1;
+    const { ratio } = this;
     this.left = Math.round(this.left * ratio) / ratio;
     this.top = Math.round(this.top * ratio) / ratio;
     this.onZoom();
@@ -157,8 +177,7 @@ export class PictureView {
   }
 
   draw() {
-    const { context, canvas, layers } = this;
-    const ratio = devicePixelRatio || 1;
+    const { context, canvas, layers, ratio } = this;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = getComputedStyle(canvas).backgroundColor;
     context.fillRect(0, 0, canvas.width, canvas.height);

@@ -17,18 +17,23 @@
 const CLICK_DISTANCE = 4; // CSS pixels that a click may move
 const LONG_PRESS = 550; // ms
 const WHEEL_STEP = 100; // CSS pixels of a notch
+const DOUBLE_CLICK = 500; // ms within which a second click at the same place is part of a double click
 
 /**
  * Listens to pointers on a canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {PointerListener} listener
+ * @param {boolean} isEmbedded true in a page within another page: the wheel scrolls that page until the picture is clicked
  */
-export function listenToPointers(canvas, listener) {
+export function listenToPointers(canvas, listener, isEmbedded = false) {
   /** @type {Map<number, Point>} */
   const down = new Map();
   let moved = 0;
   let grabbed = false;
   let pressTimer = 0;
+  let usesWheel = !isEmbedded;
+  let clicked = { time: -Infinity, x: 0, y: 0 };
+  if (isEmbedded) addEventListener("blur", () => (usesWheel = false));
   const place = (/** @type {MouseEvent} */ event) => {
     const box = canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
@@ -36,6 +41,7 @@ export function listenToPointers(canvas, listener) {
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
+    usesWheel = true;
     const at = place(event);
     down.set(event.pointerId, at);
     moved = down.size > 1 ? Infinity : 0;
@@ -68,7 +74,10 @@ export function listenToPointers(canvas, listener) {
   const up = (/** @type {PointerEvent} */ event) => {
     clearTimeout(pressTimer);
     if (down.delete(event.pointerId) && moved < CLICK_DISTANCE && event.type === "pointerup" && event.button === 0) {
-      listener.click(place(event), event.altKey);
+      const [at, time] = [place(event), performance.now()];
+      const isSecond = time - clicked.time < DOUBLE_CLICK && Math.hypot(at.x - clicked.x, at.y - clicked.y) < CLICK_DISTANCE;
+      clicked = { time: isSecond ? -Infinity : time, ...at };
+      if (!isSecond) listener.click(at, event.altKey);
     }
   };
   canvas.addEventListener("pointerup", up);
@@ -79,7 +88,9 @@ export function listenToPointers(canvas, listener) {
   canvas.addEventListener(
     "wheel",
     (event) => {
+      if (!usesWheel && !event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
+      if (Math.abs(event.deltaY) <= Math.abs(event.deltaX)) return; // a swipe to the side
       const pixels = event.deltaY * [1, 16, 400][event.deltaMode];
       listener.wheel(place(event), -Math.max(-3, Math.min(3, pixels / WHEEL_STEP)), event.ctrlKey || event.metaKey);
     },

@@ -1,44 +1,37 @@
 """Files that are dropped on the page: put together in a private folder, and opened within it.
 
-A client gives names and bytes. A name has letters, digits, dots, dashes and blanks alone and ends as files of worlds
-do, so that it is never a path; the readers then open nothing outside of the folder.
+A client sends names and bytes. A name is a relative path without "..", so that the file stays in the folder; the
+readers then open nothing outside of the folder. Archives (.zip) are unpacked within the same limits.
 """
 
 from __future__ import annotations
 
 import base64
-import re
+import contextlib
 import tempfile
-from pathlib import Path
+import zipfile
+from pathlib import Path, PurePosixPath
+from typing import IO
 
+from ..._core import file_extensions
 from ...errors import Error, SettingsError
 from ...world import World
 from ...world.load import load
 
-__all__ = ["MOST_BYTES", "Uploads"]
+__all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types"]
 
-MOST_BYTES = 256 * 2**20
-MOST_FILES = 200
-NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._ -]{0,99}")
-WORLDS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off")
-COMPANIONS = (
-    *(
-        ".mtl",
-        ".bin",
-        ".png",
-        ".jpg",
-        ".jpeg",
-        ".hdr",
-        ".exr",
-        ".tga",
-        ".bmp",
-        ".gif",
-        ".webp",
-        ".ktx2",
-        ".tif",
-    ),
-    *(".tiff", ".ies"),
-)
+MAX_BYTES = 256 * 2**20
+MAX_FILES = 200
+MAX_DEPTH = 16
+MAX_PART_BYTES = 255
+"""The longest name of a file or folder in a path, as UTF-8."""
+ARCHIVE = ".zip"
+
+
+def file_types() -> dict[str, list[str]]:
+    """The extensions of `worlds` and models, and of their `companions`, without the dot."""
+    worlds, companions = file_extensions()
+    return {"worlds": worlds, "companions": companions}
 
 
 class Uploads:
@@ -47,47 +40,55 @@ class Uploads:
     def __init__(self) -> None:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._sizes: dict[str, int] = {}
-        self._got: dict[str, int] = {}
+        self._received: dict[str, int] = {}
         self._opened: set[str] = set()
-        """The files that were there when a world was opened last."""
+        """The files that existed when a world was opened last."""
+        self._worlds, companions = (tuple(f".{each}" for each in group) for group in file_extensions())
+        self._known = (*self._worlds, *companions, ARCHIVE)
 
     def add(self, name: str, size: int, offset: int, data: str) -> bool:
-        """Adds a piece of a file; True if the file is whole. Raises `SettingsError`, and then drops the file."""
-        self._check_name(name, (*WORLDS, *COMPANIONS))
+        """Adds a piece of a file; True if the file is complete. Files of other types are ignored.
+
+        Raises `SettingsError`, and then drops the file.
+        """
+        name = _checked_name(name)
+        if not name.lower().endswith(self._known):
+            return False
         piece = base64.b64decode(data, validate=True)
         if offset == 0:
             if self._is_too_much(name, size):
                 self._forget_opened()
             self._opened.discard(name)
-            self._sizes[name], self._got[name] = size, 0
-            if self._is_too_much(name, size):
-                self._drop(name)
-                raise SettingsError(
-                    f"{name}: {MOST_FILES} files of {MOST_BYTES >> 20} MiB in all are the most; load larger ones with "
-                    "raycam view FILE"
-                )
-        if self._got.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
             self._drop(name)
-            raise SettingsError(f"{name}: its pieces do not follow each other: drop it again")
-        with (self._path() / name).open("wb" if offset == 0 else "ab") as file:
+            self._check_room(name, size)
+            self._sizes[name], self._received[name] = size, 0
+        if self._received.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
+            self._drop(name)
+            raise SettingsError(f"{name}: a piece is missing or too long; drop the file again")
+        with self._file(name, "wb" if offset == 0 else "ab") as file:
             file.write(piece)
-        self._got[name] = offset + len(piece)
-        return self._got[name] == size
+        self._received[name] = offset + len(piece)
+        return self._received[name] == size
 
     def open(self, name: str) -> World:
-        """The world of a file that is whole. Raises `SettingsError` and the errors of `raycam.load`."""
-        self._check_name(name, WORLDS)
-        if name not in self._sizes or self._got[name] != self._sizes[name]:
-            raise SettingsError(f"{name} has not been uploaded")
+        """The world of a complete file or archive. Raises `SettingsError` and the errors of `raycam.load`."""
+        name = _checked_name(name)
+        if not name.lower().endswith((*self._worlds, ARCHIVE)):
+            raise SettingsError(f"{name} is not a world; supported: {', '.join((*self._worlds, ARCHIVE))}")
+        if name not in self._sizes or self._received[name] != self._sizes[name]:
+            raise SettingsError(f"{name} was not uploaded completely; drop it again")
+        if name.lower().endswith(ARCHIVE):
+            name = self._unpack(name)
+        path = self._path() / name
         try:
-            world = load(self._path() / name, folder=self._path())
+            world = load(path, folder=self._path())
         except FileNotFoundError as error:
             missing = Path(str(error.filename)).name
             raise SettingsError(
-                f"{name}: {missing}, which it names, was not dropped: drop all of its files together"
+                f"{name} needs {missing}, which is missing; drop both files together"
             ) from None
         except Error as error:
-            raise type(error)(self._told(str(error))) from None
+            raise type(error)(self._without_folder(str(error))) from None
         self._opened = set(self._sizes)
         return world
 
@@ -96,21 +97,55 @@ class Uploads:
         if self._folder is not None:
             self._folder.cleanup()
             self._folder = None
-        self._sizes, self._got = {}, {}
+        self._sizes, self._received = {}, {}
 
-    def _told(self, text: str) -> str:
-        """An error of a reader for a client, which knows the names that it gave, and no folder."""
-        text = text.replace(f"{self._path()}/", "").replace(str(self._path()), "of the dropped files")
-        told, is_outside, _ = text.partition("; to allow it")
-        return f"{told}; a dropped world names files beside it alone" if is_outside else told
+    def _unpack(self, archive: str) -> str:
+        """Unpacks the known files of an archive; returns its world, the one nearest to the top."""
+        folder = f"{archive}.files"
+        try:
+            with zipfile.ZipFile(self._path() / archive) as opened:
+                entries = [
+                    (f"{folder}/{_checked_name(each.filename)}", each)
+                    for each in opened.infolist()
+                    if not each.is_dir() and each.filename.lower().endswith(self._known[:-1])
+                ]
+                for name, entry in entries:
+                    self._check_room(name, entry.file_size)
+                    self._sizes[name] = self._received[name] = entry.file_size
+                for name, entry in entries:
+                    with opened.open(entry) as packed, self._file(name, "wb") as file:
+                        file.write(packed.read(entry.file_size + 1)[: entry.file_size])
+        except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
+            raise SettingsError(f"{archive}: cannot unpack this archive ({error})") from None
+        names = [name for name, _ in entries if name.lower().endswith(self._worlds)]
+        if not names:
+            raise SettingsError(f"{archive} contains no world; supported: {', '.join(self._worlds)}")
+
+        def rank(name: str) -> tuple[int, int, str]:
+            return (name.count("/"), self._worlds.index(Path(name).suffix.lower()), name)
+
+        return min(names, key=rank)
+
+    def _without_folder(self, text: str) -> str:
+        """An error of a reader without the private folder's path, which means nothing to a client."""
+        text = text.replace(f"{self._path()}/", "").replace(str(self._path()), "the dropped files")
+        kept, is_outside, _ = text.partition("; to allow it")
+        return f"{kept}; a dropped world can only use files dropped with it" if is_outside else kept
+
+    def _check_room(self, name: str, size: int) -> None:
+        if self._is_too_much(name, size):
+            raise SettingsError(
+                f"{name}: too much data; the limit is {MAX_FILES} files and {MAX_BYTES >> 20} MiB in total. Open "
+                "larger worlds with raycam view FILE"
+            )
 
     def _is_too_much(self, name: str, size: int) -> bool:
         """True if the files with this one would be too many, or too large."""
         sizes = {**self._sizes, name: size}
-        return len(sizes) > MOST_FILES or sum(sizes.values()) > MOST_BYTES
+        return len(sizes) > MAX_FILES or sum(sizes.values()) > MAX_BYTES
 
     def _forget_opened(self) -> None:
-        """Removes the files of worlds that were opened before: their bytes are in memory."""
+        """Removes the files of worlds that were opened before: they are in memory."""
         for name in self._opened & set(self._sizes):
             self._drop(name)
         self._opened = set()
@@ -120,15 +155,34 @@ class Uploads:
             self._folder = tempfile.TemporaryDirectory(prefix="raycam-view-")
         return Path(self._folder.name)
 
+    def _file(self, name: str, mode: str) -> IO[bytes]:
+        """The file of a name, in its folders. Raises `SettingsError` if a file has the name of a folder."""
+        path = self._path() / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return path.open(mode)
+        except OSError as error:
+            self._drop(name)
+            raise SettingsError(f"{name}: cannot store this file ({error.strerror})") from None
+
     def _drop(self, name: str) -> None:
         self._sizes.pop(name, None)
-        self._got.pop(name, None)
+        self._received.pop(name, None)
         if self._folder is not None:
-            (self._path() / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                (self._path() / name).unlink(missing_ok=True)
 
-    def _check_name(self, name: str, endings: tuple[str, ...]) -> None:
-        if NAME.fullmatch(name) is None or not name.lower().endswith(endings) or name.endswith((" ", ".")):
-            raise SettingsError(
-                f"{name!r}: names have letters from A to Z, digits, dots, dashes and blanks, and end in "
-                f"{', '.join(endings)}"
-            )
+
+def _checked_name(name: str) -> str:
+    """A name as a relative path. Raises `SettingsError` for one that could leave the folder."""
+    parts = PurePosixPath(name.replace("\\", "/")).parts
+    is_bad = (
+        not parts
+        or len(parts) > MAX_DEPTH
+        or any(part in ("..", "/") or ":" in part for part in parts)
+        or any(len(part.encode("utf-8", "surrogatepass")) > MAX_PART_BYTES for part in parts)
+        or any(not letter.isprintable() for letter in name)
+    )
+    if is_bad:
+        raise SettingsError(f"{name[:80]!r} cannot be used as a file name; rename the file")
+    return "/".join(parts)

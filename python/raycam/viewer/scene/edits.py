@@ -19,6 +19,7 @@ from ...errors import SettingsError, WorldError
 from ...world import World
 from ...world.keys import STRENGTH_KEYS
 from .contents import matrix_of_object, names_of_objects, visibilities
+from .gizmo import middle_of, placed
 
 __all__ = ["Edits", "edited", "material"]
 
@@ -222,6 +223,6 @@ def _placed(world: World, number: int, key: str, value: Any) -> Floats:
         first, second = (0, 1) if world.up == "z" else (2, 0)
         step[first, first] = step[second, second] = c
         step[first, second], step[second, first] = -s, s
-    middle = matrix[:3, 3]
+    middle = placed(matrix, middle_of(world, number))
     step[:3, 3] = middle - step[:3, :3] @ middle
     return np.asarray(step @ matrix)

@@ -18,7 +18,7 @@ from ...notices import collected
 from ...world import World
 from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message
-from ..files.uploads import Uploads
+from ..files.uploads import Uploads, file_types
 from ..probe import ground_below, locate
 from ..scene.edits import Edits
 from ..scene.overlay import MAX_CAMERAS
@@ -119,7 +119,7 @@ class Session:
             "type": "welcome",
             "version": __version__,
             "session": self.connection.id,
-            "opens": self.allows_open,
+            "opens": file_types() if self.allows_open else None,
             "overlay": {
                 "cameras": self.overlays.cameras,
                 "explained": self.overlays.explained,
@@ -231,6 +231,11 @@ class Session:
         )
         self.redraw()
 
+    def _forget_rays(self, message: messages.Forget) -> None:
+        if self.overlays.rays:
+            self.overlays = replace(self.overlays, rays=())
+            self.redraw()
+
     def _select(self, message: messages.Select) -> None:
         self.selection.choose(message.number, message.tool)
         self.connection.send(self.selection.about())
@@ -271,6 +276,7 @@ class Session:
         messages.Lens: _set_lens,
         messages.Pose: _set_pose,
         messages.Overlay: _set_overlay,
+        messages.Forget: _forget_rays,
         messages.Select: _select,
         messages.Upload: _upload,
         messages.Gizmo: _drag,

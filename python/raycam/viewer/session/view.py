@@ -42,11 +42,14 @@ class Opened:
 
     def home(self, world: World) -> tuple[Camera, str]:
         """The first camera of the view and its name; a camera without a name frames `world` as it is now."""
-        camera = self.edits.world.default_camera() if self.camera is None else self.camera
-        for name, each in self.edits.world.cameras.items():
+        base = self.edits.world
+        camera = base.default_camera() if self.camera is None else self.camera
+        for name, each in base.cameras.items():
             if each == camera:
                 return each, name
-        return (world.default_camera() if self.camera is None else camera), ""
+        has_own = bool(base.cameras) or base.bounds is None
+        is_framed = not has_own and camera == base.default_camera(camera.size)
+        return (world.default_camera(camera.size) if is_framed else camera), ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,14 @@ import hashlib
 import html
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..bundle import bundle, client_file, style_sheet
 
-__all__ = ["assembled", "filled", "json_text", "title_text"]
+if TYPE_CHECKING:
+    from ...render.frame import Frame
+
+__all__ = ["assembled", "filled", "json_text", "still_image", "title_text"]
 
 
 def assembled(
@@ -45,6 +48,13 @@ def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
 def title_text(title: str) -> str:
     """A title as HTML; what of it is no text, as in names of files of other encodings, is "?"."""
     return html.escape(title.encode("utf-8", "replace").decode())
+
+
+def still_image(frame: Frame, exposure: float | None, view: str | None, title: str | None) -> str:
+    """An element that shows the frame as a JPEG in browsers without JavaScript."""
+    data = base64.b64encode(frame.to_jpeg(exposure, view)).decode()
+    alt = title_text(title or "The rendered image")
+    return f'<noscript><img src="data:image/jpeg;base64,{data}" alt="{alt}"></noscript>'
 
 
 def json_text(document: dict[str, Any]) -> str:

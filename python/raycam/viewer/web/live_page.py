@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ... import _core
 from ...errors import SettingsError
+from ..files.uploads import file_types
 from .core import core_blocks, packed
-from .document import assembled, json_text
+from .document import assembled, json_text, still_image
 
 if TYPE_CHECKING:
     from ...render.frame import Frame
@@ -62,6 +63,7 @@ def live_page(
     }
     world_text = packed(bytes(_core.world_to_bytes(carried._core)))
     blocks = [
+        still_image(frame, exposure, view, title),
         *core_blocks(),
         f'<script type="text/plain" id="core-world">{world_text}</script>',
         f'<script type="application/json" id="core-options">{json_text(options)}</script>',
@@ -72,7 +74,7 @@ def live_page(
 def playground_page(examples: Mapping[str, str]) -> str:
     """The HTML text of the playground: `examples` are texts of world files by their names, the first to begin with."""
     listed = [{"name": name, "text": text} for name, text in examples.items()]
-    options = json_text({"playground": listed})
+    options = json_text({"playground": listed, "types": file_types()})
     blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']
     return assembled("raycam playground", blocks, SCRIPTS, WORKERS)
 

@@ -110,7 +110,7 @@ impl<'a> Resources<'a> {
         if let Some(stride) = view.byte_stride.filter(|s| !(4..=252).contains(s) || s % 4 != 0) {
             let message = match stride {
                 0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
-                _ => format!("{stride}, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
+                _ => format!("{stride}, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
             };
             diagnostics.note(NoticeCode::ReplacedValue, format!("bufferViews[{i}].byteStride"), message);
         }

@@ -101,7 +101,7 @@ impl PrimitiveReader<'_> {
             mode => {
                 return Err(self
                     .document
-                    .fault(format!("{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)", self.place)));
+                    .fault(format!("{}.mode: {mode}, expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
         self.diagnostics.note(
@@ -218,7 +218,7 @@ impl PrimitiveReader<'_> {
             mesh.vertex_colors = Some(colors.collect());
         }
         if clamped {
-            let message = "colours outside 0..=1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
+            let message = "colours outside 0 to 1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
             let place = format!("{place}.attributes.COLOR_0");
             self.diagnostics.note(NoticeCode::ClampedValue, place, message);
         }

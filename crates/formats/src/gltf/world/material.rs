@@ -264,7 +264,7 @@ impl Builder<'_, '_> {
     /// Numbers of a range; others are clamped, and that is said.
     pub(crate) fn numbers<const N: usize>(&mut self, place: &str, values: [f64; N], [low, high]: [f64; 2]) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
-            let message = format!("{values:?} is clamped to {low}..={high} (VALUE_NOT_IN_RANGE)");
+            let message = format!("{values:?} is clamped to the range {low} to {high} (VALUE_NOT_IN_RANGE)");
             self.diagnostics.note(NoticeCode::ClampedValue, place, message);
         }
         values.map(|v| v.clamp(low, high) as f32)

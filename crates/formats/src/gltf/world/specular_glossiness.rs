@@ -50,8 +50,7 @@ impl Builder<'_, '_> {
         };
         let texels = image.texels.in_memory()?;
         let texels = (0..texels.len()).map(|i| rough(texels.linear(i)[3])).collect();
-        let image =
-            Image { name: format!("{} (roughness)", image.name), size: image.size, texels: Texels::Linear16(texels) };
+        let image = Image::new(format!("{} (roughness)", image.name), image.size, Texels::Linear16(texels));
         let texture = Texture { image: self.assets.store_texture(Arc::new(image))?, sampler: *sampler };
         Ok(TextureSlot { texture: self.world.add_texture(texture), ..slot })
     }

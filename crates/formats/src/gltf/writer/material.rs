@@ -249,7 +249,7 @@ impl Writer<'_> {
                 texels.push([0, value(0, 1, uv), value(1, 2, uv), u16::MAX]);
             }
         }
-        let image = Arc::new(Image { name: String::new(), size: [width, height], texels: Texels::Linear16(texels) });
+        let image = Arc::new(Image::new("", [width, height], Texels::Linear16(texels)));
         self.textures.generated.push(image.clone());
         let sampler = world.textures[slot.texture].sampler;
         let info = self.image_info(&image, sampler, &slot, Data)?;

@@ -107,7 +107,7 @@ impl Writer<'_> {
             })
             .collect();
         if outside {
-            self.note(NoticeCode::ClampedValue, format!("image {name:?}: values outside 0..=1 are clamped"));
+            self.note(NoticeCode::ClampedValue, format!("image {name:?}: values outside 0 to 1 are clamped"));
         } else {
             self.note(NoticeCode::ApproximatedValue, format!("image {name:?}: rounded to 16 bits a channel"));
         }

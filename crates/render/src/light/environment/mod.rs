@@ -239,11 +239,7 @@ mod tests {
     /// Environment of an image whose texels all differ.
     fn made(size: [u32; 2]) -> (EnvironmentLight, Texture) {
         let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
-        let image = Arc::new(Image {
-            name: String::new(),
-            size,
-            texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
-        });
+        let image = Arc::new(Image::new("", size, Texels::Float((0..size[0] * size[1]).map(texel).collect())));
         let sampler = TextureSampler { wrap: [Wrap::Repeat, Wrap::Clamp], ..TextureSampler::default() };
         let environment = EnvironmentLight::new(image.clone(), Up::Z, 20.0, 2.0, &[]);
         (environment, Texture { image, sampler })

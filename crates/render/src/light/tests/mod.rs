@@ -82,7 +82,7 @@ pub(super) fn daylight(degrees: f64) -> Light {
 
 pub(super) fn environment(size: [u32; 2], radiance: impl Fn(u32, u32) -> f32) -> Light {
     let texel = |i: u32| [radiance(i % size[0], i / size[0]); 4];
-    let image = Image { name: String::new(), size, texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()) };
+    let image = Image::new("", size, Texels::Float((0..size[0] * size[1]).map(texel).collect()));
     Light::Environment { image: FileRef::loaded("made", Arc::new(image)), yaw: 30.0, scale: 1.0 }
 }
 

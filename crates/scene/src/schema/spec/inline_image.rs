@@ -77,7 +77,7 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
                 .collect(),
         )
     };
-    Ok(Image { name: String::new(), size: [width as u32, height as u32], texels })
+    Ok(Image::new("", [width as u32, height as u32], texels))
 }
 
 impl Texel {
@@ -100,7 +100,7 @@ impl<'de> Deserialize<'de> for TexelRow {
 }
 
 written! {
-    TexelNumber: "a whole number in 0..=255, or a linear value with a point",
+    TexelNumber: "a whole number from 0 to 255, or a linear value with a point",
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<TexelNumber, E> {
         u8::try_from(v)
@@ -114,7 +114,7 @@ written! {
 }
 
 written! {
-    Texel: "a number (whole ones 0..=255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
+    Texel: "a number (whole ones 0 to 255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
         let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;

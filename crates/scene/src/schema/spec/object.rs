@@ -52,9 +52,9 @@ pub struct ObjectSpec {
 
     /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
     pub refine: Option<Refine>,
-    /// Linear colours per triangle (before `refine`), each 0..=1.
+    /// Linear colours per triangle (before `refine`), each 0 to 1.
     pub face_colors: Option<Vec<[f32; 3]>>,
-    /// Linear colours per vertex, interpolated, each 0..=1.
+    /// Linear colours per vertex, interpolated, each 0 to 1.
     pub vertex_colors: Option<Vec<[f32; 3]>>,
     /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
     pub uvs: Option<Vec<[f32; 2]>>,
@@ -77,7 +77,7 @@ pub struct ObjectSpec {
     /// The model of reflection; the lecture's `diffuse`, `specular` and `shininess` where not given.
     #[serde(rename = "type")]
     pub type_: Option<MaterialType>,
-    /// The base colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
+    /// The base colour: linear red, green, blue from 0 to 1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
     /// its own, which it multiplies, and light grey (0.8) where it has none.
     pub color: Option<Color>,
     /// An image file beside the world file, rows of texels, or a table of an `image` and how it is looked up. It multiplies
@@ -88,16 +88,16 @@ pub struct ObjectSpec {
     /// The wrap mode of textures that have none of their own, beyond 0..1: "repeat", "clamp" or "mirror", or one of them for u and
     /// one for v.
     pub wrap: Option<Wraps>,
-    /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
+    /// The share of light reflected equally everywhere, times the base colour: 0 to 1, 1 where not given.
     pub diffuse: Option<f32>,
-    /// The share of light reflected around the mirror direction, 0..=1: a number or linear RGB; 0 where not given. With
+    /// The share of light reflected around the mirror direction, 0 to 1: a number or linear RGB; 0 where not given. With
     /// type = "principled": the strength of the dielectric's reflection, a number, 1 where not given.
     pub specular: Option<Splat<3>>,
     /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
     pub shininess: Option<f32>,
     /// Linear radiance that the surface shines by itself, in W/(m² sr): a number or red, green, blue >= 0.
     pub emission: Option<Splat<3>>,
-    /// 0..=1: the share of it that is there, times the alpha of its texture; 1 where not given.
+    /// 0 to 1: the share of it that is there, times the alpha of its texture; 1 where not given.
     pub opacity: Option<f32>,
     /// The use of opacity and of the alpha of its texture. Where not given, "blend" if `opacity` is given or the image
     /// named here has alpha; else what the mesh file says.
@@ -105,7 +105,7 @@ pub struct ObjectSpec {
 
     /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
     pub metal: Option<String>,
-    /// With type = "metal", "glass" or "principled": perceptual roughness 0..=1, 0 for mirrors and clear glass.
+    /// With type = "metal", "glass" or "principled": perceptual roughness 0 to 1, 0 for mirrors and clear glass.
     pub roughness: Option<f32>,
     /// With type = "glass" or "principled": the index of refraction, >= 1; 1.5 where not given.
     pub ior: Option<f32>,
@@ -124,27 +124,27 @@ pub struct ObjectSpec {
     pub metallic: Option<f32>,
     /// With type = "principled": the colour of the dielectric's reflection.
     pub specular_color: Option<Color>,
-    /// With type = "principled": the share of light that passes instead of being reflected diffusely, 0..=1.
+    /// With type = "principled": the share of light that passes instead of being reflected diffusely, 0 to 1.
     pub transmission: Option<f32>,
-    /// With type = "principled": the strength of a clear coat, 0..=1.
+    /// With type = "principled": the strength of a clear coat, 0 to 1.
     pub clearcoat: Option<f32>,
-    /// With type = "principled": its roughness, 0..=1.
+    /// With type = "principled": its roughness, 0 to 1.
     pub clearcoat_roughness: Option<f32>,
     /// With type = "principled": the colour of the sheen of cloth.
     pub sheen_color: Option<Color>,
-    /// With type = "principled": its roughness, 0..=1.
+    /// With type = "principled": its roughness, 0 to 1.
     pub sheen_roughness: Option<f32>,
-    /// With type = "principled": the strength of a thin film, 0..=1.
+    /// With type = "principled": the strength of a thin film, 0 to 1.
     pub iridescence: Option<f32>,
     /// With type = "principled": the film's index of refraction; 1.3 where not given.
     pub iridescence_ior: Option<f32>,
     /// With type = "principled": its thickness in nanometres; 400 where not given.
     pub iridescence_thickness: Option<f32>,
-    /// With type = "principled": how much longer highlights are along the tangent, 0..=1.
+    /// With type = "principled": how much longer highlights are along the tangent, 0 to 1.
     pub anisotropy: Option<f32>,
     /// With type = "principled": degrees counter-clockwise from the tangent.
     pub anisotropy_rotation: Option<f64>,
-    /// With type = "principled": the share of diffuse light that goes on instead of back, 0..=1.
+    /// With type = "principled": the share of diffuse light that goes on instead of back, 0 to 1.
     pub diffuse_transmission: Option<f32>,
     /// With type = "principled": what colours it; white where not given.
     pub diffuse_transmission_color: Option<Color>,

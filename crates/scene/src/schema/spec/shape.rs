@@ -27,7 +27,7 @@ pub struct PlaneShape {
 pub struct SphereShape {
     /// The radius; 0.5 where not given.
     pub radius: f64,
-    /// How often the 20 faces of an icosahedron are split in four, 0..=9; 4 (5120 triangles) where not given.
+    /// How often the 20 faces of an icosahedron are split in four, 0 to 9; 4 (5120 triangles) where not given.
     pub level: u32,
 }
 
@@ -39,7 +39,7 @@ pub struct CylinderShape {
     pub radius: f64,
     /// The height; 1 where not given.
     pub height: f64,
-    /// Corners around, 3..=4096; 64 where not given.
+    /// Corners around, 3 to 4096; 64 where not given.
     pub segments: u32,
 }
 
@@ -51,7 +51,7 @@ pub struct ConeShape {
     pub radius: f64,
     /// The height; 1 where not given.
     pub height: f64,
-    /// Corners around, 3..=4096; 64 where not given.
+    /// Corners around, 3 to 4096; 64 where not given.
     pub segments: u32,
 }
 
@@ -63,7 +63,7 @@ pub struct TorusShape {
     pub radius: f64,
     /// The radius of the tube; 0.2 where not given.
     pub tube: f64,
-    /// Corners around the axis, 3..=2048, half as many around the tube (at least 3); 64 where not given.
+    /// Corners around the axis, 3 to 2048, half as many around the tube (at least 3); 64 where not given.
     pub segments: u32,
 }
 

@@ -63,7 +63,7 @@ pub enum TextureChannel {
 pub enum ImageSpec {
     /// A file.
     File(String),
-    /// Texels as they are: whole numbers 0..=255 are 8-bit values, sRGB in colours; numbers with a point are linear.
+    /// Texels as they are: whole numbers 0 to 255 are 8-bit values, sRGB in colours; numbers with a point are linear.
     Texels(Arc<Image>),
 }
 
@@ -101,7 +101,7 @@ pub struct TexturesSpec {
     pub iridescence: Option<TextureSpec>,
     /// Green.
     pub iridescence_thickness: Option<TextureSpec>,
-    /// Blue; red and green are the direction, 0..=1 for -1..=1.
+    /// Blue; red and green are the direction, 0 to 1 for -1 to 1.
     pub anisotropy: Option<TextureSpec>,
     /// Alpha.
     pub diffuse_transmission: Option<TextureSpec>,

@@ -12,7 +12,6 @@ fn types_of_lights_have_our_names() {
         ("directional", "sun"),
         ("hdri", "environment"),
         ("omni", "point"),
-        ("bulb", "point"),
         ("rectangle", "area"),
         ("Preetham", "daylight"),
     ] {

@@ -1,27 +1,33 @@
 // The playground: a world file on the left, its picture on the right, rendered in the page.
 
 import { element, fillSelect } from "../dom.js";
+import { isKnown, isWorld } from "../files.js";
 import { bytesOfBase64, deflate, inflate } from "../image/planes.js";
 
 const PATH = "world.toml";
 const PAUSE = 350; // ms after the last key until the world is read
 const LONGEST_LINK = 32 * 1024; // characters
+const LONGEST_TEXT = 2 ** 20; // bytes of a world in a link
 const MOST_BYTES = 256 * 2 ** 20; // of all files of the user: a page has 512 MiB, and a model takes more than its file
-const KINDS = /\.(toml|glb|gltf|bin|obj|mtl|ply|stl|off|png|jpe?g|tga|bmp|hdr|exr|ies)$/i;
-const MODELS = /\.(glb|gltf|obj|ply|stl|off)$/i;
 
 /** @typedef {{ name: string, text: string }} Example */
+/** @typedef {import("../files.js").FileTypes} FileTypes */
 
 export class Playground {
   /**
    * @param {import("../transport/worker.js").WorkerTransport} transport
    * @param {Example[]} examples
+   * @param {FileTypes} types
    */
-  constructor(transport, examples) {
+  constructor(transport, examples, types) {
     this.transport = transport;
+    this.types = types;
     /** @type {Map<string, ArrayBuffer>} files that were dropped, by their names */
     this.files = new Map();
     this.timer = 0;
+    this.lines = 1;
+    /** The line with an error, from 1; 0 for none. */
+    this.wrong = 0;
     this.text = /** @type {HTMLTextAreaElement} */ (element("textarea", "", { id: "world-text", spellcheck: "false", "aria-label": "World file", wrap: "off" }));
     this.gutter = element("pre", "", { id: "world-lines", "aria-hidden": "true" });
     this.problem = element("p", "", { id: "world-problem", role: "status" });
@@ -30,10 +36,11 @@ export class Playground {
     this.build();
     this.choice.addEventListener("change", () => {
       const chosen = examples.find(({ name }) => name === this.choice.value);
-      if (chosen) this.setText(chosen.text);
+      if (chosen) this.replaceText(chosen.text);
     });
     this.text.addEventListener("input", () => this.edited());
-    this.text.addEventListener("scroll", () => (this.gutter.scrollTop = this.text.scrollTop));
+    this.text.addEventListener("scroll", () => this.drawNumbers());
+    new ResizeObserver(() => this.drawNumbers()).observe(this.text);
     document.addEventListener("dragover", (event) => event.preventDefault());
     document.addEventListener("drop", (event) => {
       event.preventDefault();
@@ -84,6 +91,14 @@ export class Playground {
     this.show();
   }
 
+  /** Replaces the text as if it were typed, so that the browser's undo brings the old one back. @param {string} text */
+  replaceText(text) {
+    this.text.focus();
+    this.text.select();
+    if (document.execCommand("insertText", false, text)) this.show();
+    else this.setText(text);
+  }
+
   edited() {
     this.number(0);
     clearTimeout(this.timer);
@@ -99,10 +114,24 @@ export class Playground {
 
   /** Numbers the lines. @param {number} wrong the line with an error, from 1 */
   number(wrong) {
-    const count = this.text.value.split("\n").length;
-    const marks = Array.from({ length: count }, (_, i) => element("span", `${i + 1}\n`, i + 1 === wrong ? { class: "wrong" } : {}));
+    this.wrong = wrong;
+    this.lines = this.text.value.split("\n").length;
+    this.drawNumbers();
+  }
+
+  /** Draws the numbers of the visible lines only: a text may have a million. */
+  drawNumbers() {
+    const { scrollTop, clientHeight } = this.text;
+    const height = parseFloat(getComputedStyle(this.text).lineHeight) || 18;
+    const first = Math.floor(scrollTop / height);
+    const last = Math.min(first + Math.ceil(clientHeight / height) + 1, this.lines);
+    const marks = [];
+    for (let line = first + 1; line <= last; line++) {
+      marks.push(element("span", `${line}\n`, line === this.wrong ? { class: "wrong" } : {}));
+    }
+    this.gutter.style.minWidth = `${String(this.lines).length + 1}ch`;
+    this.gutter.style.transform = `translateY(${first * height - scrollTop}px)`;
     this.gutter.replaceChildren(...marks);
-    this.gutter.scrollTop = this.text.scrollTop;
   }
 
   /** @param {{ text: string, line?: number, file?: string }} failure */
@@ -120,7 +149,7 @@ export class Playground {
 
   /** Takes files of the user. @param {File[]} given */
   async take(given) {
-    const known = given.filter(({ name }) => KINDS.test(name));
+    const known = given.filter(({ name }) => isKnown(name, this.types));
     const kept = [...this.files].filter(([name]) => !known.some((file) => file.name === name));
     const bytes = known.reduce((sum, { size }) => sum + size, 0) + kept.reduce((sum, [, { byteLength }]) => sum + byteLength, 0);
     if (bytes > MOST_BYTES) return this.fail({ text: `The files hold ${bytes} bytes, and a page reads ${MOST_BYTES}: raycam itself reads more.` });
@@ -130,7 +159,7 @@ export class Playground {
       return this.fail({ text: `A file cannot be read: ${error}` });
     }
     const world = known.find(({ name }) => /\.toml$/i.test(name));
-    const model = known.find(({ name }) => MODELS.test(name));
+    const model = known.find(({ name }) => isWorld(name, this.types) && !/\.toml$/i.test(name));
     if (world) {
       this.setText(new TextDecoder().decode(this.files.get(world.name)));
       this.files.delete(world.name); // the text is what counts now
@@ -186,11 +215,11 @@ async function linkOfText(text) {
 /** @param {string} link */
 async function textOfLink(link) {
   if (link.length > LONGEST_LINK) throw new Error("too long");
-  return new TextDecoder().decode(await inflate(bytesOfBase64(link.replace(/-/g, "+").replace(/_/g, "/").padEnd(Math.ceil(link.length / 4) * 4, "="))));
+  return new TextDecoder().decode(await inflate(bytesOfBase64(link.replace(/-/g, "+").replace(/_/g, "/").padEnd(Math.ceil(link.length / 4) * 4, "=")), LONGEST_TEXT));
 }
 
-/** The examples of a page with a playground; null in others. @returns {Example[] | null} */
-export function examplesOfPage() {
+/** The examples and the file types of a page with a playground; null in other pages. @returns {{ playground: Example[], types: FileTypes } | null} */
+export function playgroundOfPage() {
   const options = JSON.parse(document.getElementById("core-options")?.textContent || "{}");
-  return options.playground || null;
+  return options.playground ? options : null;
 }

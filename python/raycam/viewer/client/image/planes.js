@@ -61,11 +61,21 @@ export async function deflate(bytes) {
 }
 
 /**
+ * The bytes of raw deflate. Throws if there are more than `most`, without unpacking the rest.
  * @param {Uint8Array<ArrayBuffer>} packed
+ * @param {number} [most]
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function inflate(packed) {
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+export async function inflate(packed, most = Infinity) {
+  let length = 0;
+  const limit = new TransformStream({
+    transform(chunk, controller) {
+      length += chunk.length;
+      if (length > most) throw new RangeError(`more than ${most} bytes`);
+      controller.enqueue(chunk);
+    },
+  });
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw")).pipeThrough(limit);
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 

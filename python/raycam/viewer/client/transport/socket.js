@@ -61,7 +61,7 @@ export class SocketTransport {
     let opened = false;
     socket.addEventListener("open", () => {
       opened = true;
-      this.send({ type: "hello", ...this.size(), session: this.session });
+      this.send({ type: "hello", ...this.size(), session: this.session || sessionStorage.getItem("raycam-session") || "" });
     });
     socket.addEventListener("message", ({ data }) => {
       this.decoding = this.decoding.then(() => this.receive(data)).catch((error) => {
@@ -113,6 +113,7 @@ export class SocketTransport {
     const buffers = message.buffers.map((/** @type {number} */ size) => new Uint8Array(data, (at += size) - size, size));
     if (message.type === "welcome") this.welcomed(message);
     if (message.type === "closing") this.closing = true;
+    if (message.type === "token") return sessionStorage.setItem("raycam-token", (this.token = message.token));
     await completed(message, buffers);
     this.say?.(message);
     if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
@@ -125,6 +126,7 @@ export class SocketTransport {
     if (this.session && !message.resumed) this.say?.({ type: "notice", text: NEW_SESSION });
     this.version = message.version;
     this.session = message.session;
+    sessionStorage.setItem("raycam-session", message.session); // for a reload of this tab
     this.retry = FIRST_RETRY;
     this.told = false;
     this.say?.({ type: "status", text: "connected" });

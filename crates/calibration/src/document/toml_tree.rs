@@ -1,0 +1,51 @@
+//! TOML as a tree.
+
+use std::path::Path;
+
+use raycam_formats::{FormatError, Result};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::document::{DocumentNode, MAX_DEPTH, Value};
+
+/// The longest text that is parsed; calibrations have kilobytes.
+const MAX_BYTES: usize = 4 << 20;
+
+/// The tree of a text.
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
+    if text.len() > MAX_BYTES {
+        return Err(FormatError::whole(path, "a TOML file of more than 4 MiB, too large for a calibration"));
+    }
+    let line = |byte: usize| 1 + text[..byte.min(text.len())].bytes().filter(|b| *b == b'\n').count();
+    let table = DeTable::parse(text)
+        .map_err(|error| FormatError::line(path, line(error.span().map_or(0, |span| span.start)), error.message()))?;
+    table_node(table, &line, 0).ok_or_else(|| FormatError::whole(path, "nested too deeply for a calibration"))
+}
+
+fn table_node(table: Spanned<DeTable<'_>>, line: &dyn Fn(usize) -> usize, depth: usize) -> Option<DocumentNode> {
+    let place = line(table.span().start);
+    let entries = table
+        .into_inner()
+        .into_iter()
+        .map(|(key, value)| Some((key.into_inner().into_owned(), node(value, line, depth)?)));
+    Some(DocumentNode { value: Value::Map(entries.collect::<Option<_>>()?), line: place })
+}
+
+fn node(spanned: Spanned<DeValue<'_>>, line: &dyn Fn(usize) -> usize, depth: usize) -> Option<DocumentNode> {
+    if depth > MAX_DEPTH {
+        return None;
+    }
+    let span = spanned.span();
+    let value = match spanned.into_inner() {
+        DeValue::String(text) => Value::Scalar(text.into_owned()),
+        DeValue::Integer(number) => Value::Scalar(number.as_str().into()),
+        DeValue::Float(number) => Value::Scalar(number.as_str().into()),
+        DeValue::Boolean(value) => Value::Scalar(value.to_string()),
+        DeValue::Datetime(date) => Value::Scalar(date.to_string()),
+        DeValue::Array(items) => {
+            Value::List(items.into_iter().map(|item| node(item, line, depth + 1)).collect::<Option<_>>()?)
+        }
+        DeValue::Table(table) => return table_node(Spanned::new(span, table), line, depth + 1),
+    };
+    Some(DocumentNode { value, line: line(span.start) })
+}

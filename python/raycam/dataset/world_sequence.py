@@ -1,0 +1,140 @@
+"""Worlds of a caller: a sequence, an iterator, or a function of the world's number."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+from ..arguments import whole
+from ..camera import Background
+from ..errors import SettingsError, WorldError
+from ..world import World
+
+__all__ = ["MAX_WORLDS", "WorldSequence", "Worlds"]
+
+MAX_WORLDS = 10_000_000
+"""The largest number of worlds in a data set."""
+MAX_CACHED_WORLDS = 8
+"""Worlds of an iterator that are kept: several views of one world may be rendered at the same time."""
+
+Worlds = Iterable[World] | Callable[[int], World]
+
+
+class WorldSequence:
+    """The worlds of `raycam.dataset.write(worlds=)`, by number.
+
+    `worlds` is a sequence of worlds, an iterator over worlds, or a function that returns world i. `count` is the number
+    of worlds; a sequence has its own. `categories` are the names of all categories, or a mapping from ids to names; by
+    default, those of a sequence's worlds, or those of the first world.
+
+    Raises `SettingsError` if the count is missing or wrong.
+    """
+
+    backgrounds = None
+    """A caller's cameras have their own backgrounds."""
+    seed = None
+    """A caller draws its own random numbers."""
+
+    def __init__(
+        self, worlds: Worlds, count: int | None, categories: Sequence[str] | Mapping[int, str] | None
+    ) -> None:
+        self._function = worlds if callable(worlds) else None
+        self._sequence = worlds if isinstance(worlds, Sequence) and not isinstance(worlds, str) else None
+        self._iterator: Iterator[World] | None = None
+        if self._sequence is not None:
+            if count is not None and count != len(self._sequence):
+                raise SettingsError(f"count is {count}, but worlds has {len(self._sequence)}; omit count")
+            count = len(self._sequence)
+        elif self._function is None:
+            if not isinstance(worlds, Iterable) or isinstance(worlds, str | Mapping):
+                raise SettingsError(
+                    f"worlds must be an iterable of worlds or a function of their number, got {type(worlds).__name__}"
+                )
+            self._iterator = iter(worlds)
+        if count is None:
+            raise SettingsError(
+                "count is missing: the number of worlds that the function or the iterator returns"
+            )
+        self.count = whole("count", count, 1, MAX_WORLDS)
+        """The number of worlds."""
+        self._next = 0
+        self._cached: OrderedDict[int, World] = OrderedDict()
+        self._lock = threading.Lock()
+        self.categories = self._find_categories(categories)
+        """The categories of the data set, by id."""
+
+    @property
+    def is_iterator(self) -> bool:
+        """True if each world can be had only once, in order."""
+        return self._iterator is not None
+
+    def _find_categories(self, given: Sequence[str] | Mapping[int, str] | None) -> dict[int, str]:
+        if isinstance(given, Mapping):
+            return {whole("category id", key, 0, 2**31 - 1): str(name) for key, name in given.items()}
+        names = [str(name) for name in given] if given is not None else self._known_names()
+        found = {int(name): name for name in names if name.isdigit()}
+        number = 0
+        for name in dict.fromkeys(names):
+            if not name.isdigit():
+                number += 1
+                while number in found:
+                    number += 1
+                found[number] = name
+        return dict(sorted(found.items()))
+
+    def _known_names(self) -> list[str]:
+        worlds = [self.world(number) for number in range(1 if self._sequence is None else self.count)]
+        return [name for world in worlds for _, name in sorted(world.categories.items())]
+
+    def world(self, number: int) -> World:
+        """World `number`, from 0.
+
+        Raises `WorldError` if the caller returns something else, if an iterator ends early, or if the world has a
+        category that the data set does not have.
+        """
+        if self._function is not None:
+            return self._checked(self._function(number), number)
+        if self._sequence is not None:
+            return self._checked(self._sequence[number], number)
+        with self._lock:
+            return self._from_iterator(number)
+
+    def _from_iterator(self, number: int) -> World:
+        assert self._iterator is not None
+        while number >= self._next:
+            world = next(self._iterator, None)
+            if world is None:
+                raise WorldError(f"the iterator of worlds ended after {self._next}; count is {self.count}")
+            self._cached[self._next] = self._checked(world, self._next)
+            self._next += 1
+            while len(self._cached) > MAX_CACHED_WORLDS:
+                self._cached.popitem(last=False)
+        if number not in self._cached:
+            raise WorldError(
+                f"world {number} of an iterator is needed again; use a function or a list of worlds"
+            )
+        return self._cached[number]
+
+    def _checked(self, world: World, number: int) -> World:
+        if not isinstance(world, World):
+            raise WorldError(f"world {number} must be a World, got {type(world).__name__}")
+        known = getattr(self, "categories", None)
+        for name in world.categories.values():
+            if known is not None and name not in known.values():
+                raise WorldError(
+                    f"world {number} has the category {name!r}, which the data set does not have; list all of "
+                    "them with categories=[...]"
+                )
+        return world
+
+    def check_camera_counts(self) -> None:
+        """Does nothing: a camera that a world lacks is an error of its view."""
+
+    def background(self, number: int, camera: str) -> Background | None:
+        """None: cameras have their own backgrounds."""
+        return None
+
+    def background_name(self, number: int, camera: str) -> str | None:
+        """None: cameras have their own backgrounds."""
+        return None

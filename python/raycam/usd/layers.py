@@ -1,0 +1,84 @@
+"""Problems of a stage's layers: composition errors, missing classes, and units that differ. Source: `UsdStage`."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdGeom
+
+from .notices import StageNotice
+
+__all__ = ["find_layer_problems", "read_unit"]
+
+MAX_LINE = 300
+"""Characters of one composition error that are shown."""
+
+
+def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
+    """Notices about composition errors and about layers with another unit or up axis than the stage."""
+    return [*_composition_errors(stage, folder), *_missing_classes(stage), *_other_metrics(stage, folder)]
+
+
+def read_unit(layer: Sdf.Layer) -> float | None:
+    """The unit of length in metres; None if the layer contains none. Blender 2.8 wrote it in single precision."""
+    root = layer.pseudoRoot
+    return float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else None
+
+
+def _composition_errors(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
+    """Errors of references, payloads and other arcs, with file and prim."""
+    prefix = re.escape(str(folder) + os.sep)
+    for error in stage.GetCompositionErrors():
+        text = re.sub(r",@anon:[^@]*@", "", " ".join(str(error).split()))
+        text = re.sub(f"@{prefix}", "@", text).rstrip(" .")
+        if len(text) > MAX_LINE:
+            text = f"{text[:MAX_LINE]}..."
+        prim = re.search(r"<([^<>]*)>$", str(error.rootSite))
+        subject = f"prim {prim[1]}" if prim else ""
+        yield StageNotice("invalid_file", f"{text[:1].lower()}{text[1:]}", subject)
+
+
+def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
+    """Classes that prims inherit from and that no layer contains, which Pixar's library does not report."""
+    layers = stage.GetUsedLayers()
+    known: dict[Sdf.Path, bool] = {}
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimIsActive)):
+        if not prim.HasAuthoredInherits():
+            continue
+        for spec in prim.GetPrimStack():
+            for path in spec.inheritPathList.GetAddedOrExplicitItems():
+                if path not in known:
+                    known[path] = any(layer.GetPrimAtPath(path) for layer in layers)
+                if not known[path]:
+                    file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
+                    text = f"it inherits from <{path}>, which no layer contains (in @{file}@)"
+                    yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
+
+
+def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
+    """Layers whose unit or up axis differs: Pixar's library does not convert their coordinates."""
+    root = stage.GetRootLayer()
+    unit = read_unit(root) or UsdGeom.GetStageMetersPerUnit(stage)
+    axis = str(UsdGeom.GetStageUpAxis(stage))
+    for layer in stage.GetUsedLayers():
+        if layer.anonymous or layer == root:
+            continue
+        name = os.path.relpath(layer.realPath or layer.identifier, folder)
+        own = read_unit(layer)
+        if own is not None and own > 0 and unit > 0 and abs(own / unit - 1) > 1e-6:
+            yield StageNotice(
+                "layer_unit",
+                f"its unit is {own:g} m, that of the stage is {unit:g} m; its coordinates are not converted:"
+                f" multiply them by {own / unit:g}",
+                f"layer {name}",
+            )
+        other = layer.pseudoRoot.GetInfo("upAxis") if layer.pseudoRoot.HasInfo("upAxis") else axis
+        if str(other) != axis:
+            yield StageNotice(
+                "layer_up_axis",
+                f"its up axis is {other}, that of the stage is {axis}; its coordinates are not converted",
+                f"layer {name}",
+            )

@@ -1,0 +1,141 @@
+"""Primvars of a prim, with those that a point instancer applies to its instances. Source: `UsdGeomPrimvarsAPI`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from .faces import Faces
+
+__all__ = ["Attribute", "InstanceValues", "Primvar", "find_primvar", "read_table"]
+
+
+@dataclass(frozen=True, eq=False)
+class InstanceValues:
+    """The constant primvars at the root of an instance of a point instancer."""
+
+    root: Sdf.Path
+    """The prototype."""
+    tables: dict[str, Any]
+    """The row of each primvar, by name."""
+    outer: InstanceValues | None = None
+    """The instance that contains the point instancer."""
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What distinguishes the values from others."""
+        rows = tuple((name, row.tobytes()) for name, row in sorted(self.tables.items()))
+        return (self.root.pathString, rows, self.outer.key if self.outer else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Attribute:
+    """The rows of a table, and the row of each corner of a mesh."""
+
+    rows: Any
+    index: Any
+
+    def spread(self) -> Any:
+        """The row of every corner."""
+        return self.rows[self.index]
+
+
+@dataclass(frozen=True, eq=False)
+class Primvar:
+    """The values of a primvar."""
+
+    rows: Any
+    """The table [k, width]; None for values of another type."""
+    interpolation: str
+    indices: Any = None
+    """Indices into the table, for an indexed primvar."""
+    of_instance: bool = False
+    """True for a value that a point instancer applies to an instance."""
+
+    @property
+    def count(self) -> int:
+        """How many elements it has."""
+        if self.indices is not None:
+            return len(self.indices)
+        return 0 if self.rows is None else len(self.rows)
+
+    @property
+    def constant(self) -> Any:
+        """The row of a primvar with one element; None for others."""
+        if self.rows is None or self.count != 1:
+            return None
+        index = 0 if self.indices is None else int(self.indices[0])
+        return self.rows[index] if 0 <= index < len(self.rows) else None
+
+    def attach(self, faces: Faces) -> Attribute | None:
+        """The rows of the mesh's corners; None if the count or the values do not fit."""
+        if self.rows is None or not np.isfinite(self.rows).all():
+            return None
+        element = _elements(self.interpolation, self.count, faces)
+        if element is None:
+            return None
+        if self.indices is None:
+            return Attribute(self.rows, element)
+        if self.indices.min() < 0 or self.indices.max() >= len(self.rows):
+            return None
+        return Attribute(self.rows, self.indices[element])
+
+
+def find_primvar(
+    prim: Usd.Prim, name: str, width: int, time: Usd.TimeCode, instance: InstanceValues | None = None
+) -> Primvar | None:
+    """The primvar that applies to a prim, inherited ones included; None if it has no value.
+
+    A primvar within the prototype takes precedence over one of the point instancer.
+    """
+    own = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    scope = instance
+    while scope is not None:
+        if own and own.HasValue() and own.GetAttr().GetPrimPath().HasPrefix(scope.root):
+            break
+        if name in scope.tables:
+            rows = np.asarray(scope.tables[name], float).reshape(1, -1)
+            return Primvar(rows if rows.shape[1] == width else None, "constant", of_instance=True)
+        scope = scope.outer
+    if not own:
+        return None
+    value = own.Get(time)
+    if value is None or (hasattr(value, "__len__") and not len(value)):
+        return None
+    indices = own.GetIndices(time) if own.IsIndexed() else None
+    index_table = None if indices is None else np.array(indices, np.int64)
+    if index_table is not None and not len(index_table):
+        return None
+    return Primvar(read_table(value, width), own.GetInterpolation(), index_table)
+
+
+def read_table(values: Any, width: int) -> Any:
+    """Values as numbers [n, width]; None for values of another type, and for an empty array."""
+    try:
+        table = np.array(values)
+    except (TypeError, ValueError):
+        return None
+    if table.dtype.kind not in "fiu" or not table.size:
+        return None
+    if table.ndim == (0 if width == 1 else 1) and table.size == width:
+        table = table.reshape(1, -1)  # one value instead of an array
+    if width == 1:
+        return table.reshape(-1, 1) if table.size == len(table) else None
+    return table if table.ndim == 2 and table.shape[1] == width else None
+
+
+def _elements(interpolation: str, count: int, faces: Faces) -> Any:
+    """The element of each corner, for an interpolation and a number of elements; None if they do not fit."""
+    corners = len(faces.indices)
+    if interpolation == "constant" and count == 1:
+        return np.zeros(corners, np.int64)
+    if interpolation == "uniform" and count == len(faces.counts):
+        return np.repeat(np.arange(count), faces.counts)
+    if interpolation in ("vertex", "varying") and count > faces.indices.max():
+        return faces.indices
+    if interpolation == "faceVarying" and count == corners:
+        return np.arange(corners)
+    return None

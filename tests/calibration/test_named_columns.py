@@ -1,0 +1,97 @@
+"""Trajectories with a header: the names of the columns decide what the numbers are. SciPy judges."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import FormatError
+from scipy.spatial.transform import Rotation
+
+ROTATIONS = Rotation.random(4, random_state=1)
+X, Y, Z, W = ROTATIONS.as_quat().T
+PLACES = np.random.default_rng(1).uniform(-3, 3, (4, 3))
+VALUES = dict(
+    zip(
+        ["tx", "ty", "tz", "qx", "qy", "qz", "qw", "scale", "quality", "v"],
+        [*PLACES.T, X, Y, Z, W, np.full(4, 0.5), np.ones(4), np.zeros(4)],
+        strict=True,
+    )
+)
+STAMP = 1_600_000_000_000_000_000
+
+
+def check(path: Path) -> raycam.Cameras:
+    camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cameras = raycam.load_cameras(path, intrinsics=camera)
+    for read, R, C in zip(cameras.values(), ROTATIONS.as_matrix(), PLACES, strict=True):
+        np.testing.assert_allclose(read.R.T, R, atol=1e-7)
+        np.testing.assert_allclose(read.C, C, atol=1e-7)
+    return cameras
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "comma"),
+    [
+        ("# timestamp tx ty tz qx qy qz qw", "tx ty tz qx qy qz qw", False),
+        ("# timestamp tx ty tz qw qx qy qz", "tx ty tz qw qx qy qz", False),
+        ("#time x y z q_w q_x q_y q_z", "tx ty tz qw qx qy qz", False),
+        ("timestamp,qx,qy,qz,qw,tx,ty,tz", "qx qy qz qw tx ty tz", True),
+        ("timestamp,x,y,z,w,x,y,z", "tx ty tz qw qx qy qz", True),
+        ("#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []",
+         "tx ty tz qw qx qy qz", True),
+        ("#timestamp [ns], p_x, p_y, p_z, q_x, q_y, q_z, q_w", "tx ty tz qx qy qz qw", True),
+        ("# frame_id, translation (x, y, z), rotation quaternion (qx, qy, qz, qw), scale, fusion_quality, v3",
+         "tx ty tz qx qy qz qw scale quality v", True),
+        ("# timestamp, position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, "
+         "orientation.w, scale", "tx ty tz qx qy qz qw scale", True),
+        ("# t[s] north east down qw qx qy qz", "tx ty tz qw qx qy qz", False),
+    ],
+)  # fmt: skip
+def test_named_columns_decide_the_order(tmp_path: Path, header: str, columns: str, comma: bool) -> None:
+    joint = ", " if comma else " "
+    lines = [header]
+    for i in range(4):
+        values = [repr(float(VALUES[name][i])) for name in columns.split()]
+        lines.append(joint.join([str(STAMP + i * 50_000_000), *values]))
+    (tmp_path / "poses.txt").write_text("\n".join(lines) + "\n")
+    check(tmp_path / "poses.txt")
+
+
+def test_gnss_poses_of_4seasons_have_w_last(tmp_path: Path) -> None:
+    rows = [
+        [STAMP + i, *PLACES[i], X[i], Y[i], Z[i], W[i], 0.5, 1.0, 0.0]
+        for i in range(4)
+    ]  # fmt: skip
+    text = "\n".join(",".join(map(repr, [row[0], *map(float, row[1:])])) for row in rows)
+    (tmp_path / "GNSSPoses.txt").write_text(text)
+    check(tmp_path / "GNSSPoses.txt")
+    (tmp_path / "other.txt").write_text(text)
+    with pytest.raises(FormatError, match="header"):
+        raycam.load_cameras(tmp_path / "other.txt")
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["# timestamp tx ty tz qx qy qz", "# timestamp tx ty tz qx qy qz qw scale", "# t x y z qx qx qz qw"],
+)
+def test_headers_that_contradict_the_rows_are_errors(tmp_path: Path, header: str) -> None:
+    (tmp_path / "poses.txt").write_text(f"{header}\n1.0 1 2 3 0 0 0 1\n2.0 1 2 3 0 0 0 1\n")
+    with pytest.raises(FormatError, match=r"poses\.txt"):
+        raycam.load_cameras(tmp_path / "poses.txt")
+
+
+def test_times_keep_their_unit(tmp_path: Path) -> None:
+    names = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
+    row = ",".join(repr(float(VALUES[name][0])) for name in names)
+    for stamp, unit in [("1600000000000000", "us"), ("1600000000000000000", "ns"), ("1600000000.0", "s")]:
+        (tmp_path / "a.csv").write_text(f"timestamp [{unit}],{','.join(names)}\n{stamp},{row}\n")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            cameras = raycam.load_cameras(tmp_path / "a.csv")
+        assert list(cameras.times.values()) == [1.6e9]

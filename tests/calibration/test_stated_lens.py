@@ -1,0 +1,164 @@
+"""Lens models and poses under the keys that people use: none is lost. OpenCV judges."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import FormatError
+from scipy.spatial.transform import Rotation
+
+K = [[400.0, 0.0, 320.0], [0.0, 401.0, 240.0], [0.0, 0.0, 1.0]]
+D = [0.05, -0.02, 0.004, -0.001]
+CAMERA = {"K": K, "dist": D, "img_size": [640, 480]}
+
+
+def read(folder: Path, content: Any, **arguments: Any) -> raycam.Cameras:
+    (folder / "a.json").write_text(json.dumps(content))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return raycam.load_cameras(folder / "a.json", **arguments)
+
+
+def check_fisheye(camera: Any) -> None:
+    points = np.random.default_rng(0).uniform([-1, -1, 1], [1, 1, 2], (20, 3))
+    expected, _ = cv2.fisheye.projectPoints(
+        points[:, None], np.zeros(3), np.zeros(3), np.array(K), np.array(D)
+    )
+    np.testing.assert_allclose(camera.project(points)[0], expected[:, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "key", ["distortion_type", "lens_type", "projection", "model", "camera_model", "lensModel"]
+)
+@pytest.mark.parametrize(
+    "word", ["fisheye", "cv2.fisheye", "OpenCV fisheye", "kannala-brandt", "equidistant"]
+)
+def test_a_stated_fisheye_counts_wherever_it_stands(tmp_path: Path, key: str, word: str) -> None:
+    for content in (
+        {**CAMERA, key: word},
+        {key: word, "cam0": CAMERA, "cam1": CAMERA},
+        {key: word, "cameras": {"a": CAMERA}},
+        {"cameras": {key: word, "a": CAMERA, "b": CAMERA}},
+        {key: word, "cameras": [CAMERA, CAMERA]},
+    ):
+        cameras = read(tmp_path, content)
+        assert len(cameras) >= 1
+        for camera in cameras.values():
+            check_fisheye(camera)
+
+
+def test_maps_named_fisheye_state_the_model(tmp_path: Path) -> None:
+    gyroflow = {
+        "name": "GoPro",
+        "lens_model": "Wide",
+        "calib_dimension": {"w": 640, "h": 480},
+        "fisheye_params": {"RMS_error": 0.5, "camera_matrix": K, "distortion_coeffs": D},
+    }
+    (camera,) = read(tmp_path, gyroflow).values()
+    check_fisheye(camera)
+    assert camera.size == (640, 480)
+
+
+def test_the_own_model_wins_over_the_inherited_one(tmp_path: Path) -> None:
+    cameras = read(tmp_path, {"model": "fisheye", "a": CAMERA, "b": {**CAMERA, "model": "opencv"}})
+    assert [camera.model for camera in cameras.values()] == ["fisheye", "opencv"]
+
+
+def test_a_product_name_is_no_lens_model(tmp_path: Path) -> None:
+    (camera,) = read(tmp_path, {**CAMERA, "camera_model": "Basler acA1920"}).values()
+    assert camera.model == "opencv"
+
+
+def test_model_none_with_coefficients_is_a_contradiction(tmp_path: Path) -> None:
+    with pytest.raises(FormatError) as caught:
+        read(tmp_path, {**CAMERA, "distortion_model": "none"})
+    assert "did you mean" not in str(caught.value)
+
+
+POSE = np.eye(4)
+POSE[:3, :3] = Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix()
+POSE[:3, 3] = [0.5, -1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    "key", ["w2c", "world2cam", "T_cam_world", "world_to_camera", "c2w", "cam2world", "T_world_cam"]
+)
+@pytest.mark.parametrize("rows", [3, 4])
+def test_poses_whose_key_states_the_direction_are_read(tmp_path: Path, key: str, rows: int) -> None:
+    inverse = key in ("c2w", "cam2world", "T_world_cam")
+    matrix = (np.linalg.inv(POSE) if inverse else POSE)[:rows]
+    for content in ({**CAMERA, key: matrix.tolist()}, {"a": {**CAMERA, key: matrix.tolist()}}):
+        (camera,) = read(tmp_path, content).values()
+        np.testing.assert_allclose(camera.R, POSE[:3, :3], atol=1e-9)
+        np.testing.assert_allclose(camera.C, -POSE[:3, :3].T @ POSE[:3, 3], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "key", ["extrinsic", "extrinsics", "RT", "pose", "camera_pose_matrix", "my_transform", "T"]
+)
+def test_poses_without_direction_are_refused_unless_it_is_given(tmp_path: Path, key: str) -> None:
+    content = {**CAMERA, key: POSE.tolist()}
+    with pytest.raises(FormatError, match="direction=") as caught:
+        read(tmp_path, content)
+    assert key in str(caught.value)
+    (camera,) = read(tmp_path, content, direction="camera_from_world").values()
+    np.testing.assert_allclose(camera.R, POSE[:3, :3], atol=1e-9)
+    (camera,) = read(tmp_path, content, direction="world_from_camera").values()
+    np.testing.assert_allclose(camera.R.T, POSE[:3, :3], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        {"R": POSE[:3, :3].tolist()},
+        {"T": [1, 2, 3]},
+        {"rvec": [0.1, 0.2, 0.3]},
+        {"tvec": [1, 2, 3]},
+    ],
+)
+def test_half_a_pose_is_refused(tmp_path: Path, extra: dict[str, Any]) -> None:
+    for content in ({**CAMERA, **extra}, {"a": CAMERA, "b": CAMERA, **extra}):
+        with pytest.raises(FormatError, match=next(iter(extra))):
+            read(tmp_path, content)
+
+
+def test_a_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
+    extra = {"R": POSE[:3, :3].tolist(), "T": [1, 2, 3]}
+    with pytest.raises(FormatError, match="3 cameras"):
+        read(tmp_path, {"a": CAMERA, "b": CAMERA, "c": CAMERA, **extra})
+
+
+def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> None:
+    focals = {"fx": 400.0, "fy": 401.0, "cx": 320.0, "cy": 240.0, "img_size": [640, 480]}
+    cameras = read(tmp_path, {"skew": 2.5, "a": focals, "b": focals})
+    assert [camera.K[0, 1] for camera in cameras.values()] == [2.5, 2.5]
+    # K[0, 1] is 0 there.
+    with pytest.raises(FormatError, match="skew"):
+        read(tmp_path, {"skew": 2.5, "a": {"K": K, "img_size": [640, 480]}})
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("P", [[400.0, 0, 320, 0.5], [0, 401, 240, 0], [0, 0, 1, 0]]),
+        ("depth_range", [0.1, 10.5, 0.0, 1.0]),
+        ("bounding_box", [0.5, 1.5, 2.5, 3.5]),
+        ("quaternion", [0.1, 0.2, 0.3, 0.927]),
+        ("position", [0.1, 0.2, 0.3, 1.5]),
+    ],
+)
+def test_other_numbers_are_not_called_a_lens(tmp_path: Path, key: str, value: Any) -> None:
+    cameras = read(tmp_path, {"K": K, "img_size": [640, 480], key: value})
+    assert len(cameras) == 1
+
+
+def test_sizes_with_exchanged_sides_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="rows and columns"):
+        read(tmp_path, {"K": [[682, 0, 625], [0, 714, 478], [0, 0, 1]], "img_size": [720, 1280]})

@@ -1,0 +1,228 @@
+"""Instances of USD: prototypes, primvars of each instance, nested instancers. The judge is Pixar's library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from raycam import usd
+from support.usd_stages import square, stage
+
+RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def load(made: Any) -> raycam.World:
+    made.Save()
+    return raycam.load(made.GetRootLayer().realPath)
+
+
+def read_codes(made: Any, folder: Path) -> list[str]:
+    """The codes of a stage's notices."""
+    made.Save()
+    own = folder / "own"
+    own.mkdir()
+    return [code for code, _ in usd.read(made.GetRootLayer().realPath, own).notices]
+
+
+def instancer(made: Any, prototypes: list[str], indices: list[int], name: str = "/many") -> Any:
+    """A point instancer whose instances are 10 apart along x."""
+    many = UsdGeom.PointInstancer.Define(made, name)
+    many.CreatePrototypesRel().SetTargets([Sdf.Path(path) for path in prototypes])
+    many.CreateProtoIndicesAttr(indices)
+    many.CreatePositionsAttr([(10.0 * number, 0, 0) for number in range(len(indices))])
+    return many
+
+
+def places(world: raycam.World) -> list[float]:
+    return sorted(float(thing.matrix[0, 3]) for thing in world.objects)
+
+
+def colors_by_place(world: raycam.World) -> list[tuple[float, ...]]:
+    """The colour of each object, ordered by its x coordinate."""
+    colors = np.asarray(world.triangle_colors(), float)
+    order = sorted(range(len(world.objects)), key=lambda number: world.objects[number].matrix[0, 3])
+    starts = np.cumsum([0, *(thing.triangles for thing in world.objects)])
+    return [tuple(np.round(colors[starts[number]], 5).tolist()) for number in order]
+
+
+@pytest.mark.parametrize("above", ["over", "def", "nested over"])
+def test_prototypes_below_an_over_are_shown(tmp_path: Path, above: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    root = "/many/protos" if above != "nested over" else "/away/protos"
+    many = instancer(made, [f"{root}/a", f"{root}/b"], [0, 1, 0])
+    square(made, f"{root}/a/mesh")
+    square(made, f"{root}/b/mesh", points=[(0, 0, 0), (2, 0, 0), (2, 3, 0)])
+    for path in {root, root.rpartition("/")[0]} - {"/many"}:
+        made.GetPrimAtPath(path).SetSpecifier(Sdf.SpecifierDef if above == "def" else Sdf.SpecifierOver)
+    assert many
+    world = load(made)
+    assert len(world.objects) == 3
+    # The schema's own example; `UsdGeom.BBoxCache` finds nothing below an `over`.
+    np.testing.assert_allclose(world.bounds, [[-1, -1, 0], [21, 3, 0]])
+
+
+@pytest.mark.parametrize("fault", ["missing", "class", "inactive", "over", "index", "lengths"])
+def test_instances_without_a_prototype_are_reported(tmp_path: Path, fault: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    many = instancer(made, ["/many/good", "/many/bad"], [0, 1, 1])
+    square(made, "/many/good")
+    bad = square(made, "/many/bad").GetPrim()
+    if fault == "missing":
+        made.RemovePrim("/many/bad")
+    elif fault == "class":
+        bad.SetSpecifier(Sdf.SpecifierClass)
+    elif fault == "inactive":
+        bad.SetActive(False)
+    elif fault == "over":
+        bad.SetSpecifier(Sdf.SpecifierOver)
+    elif fault == "index":
+        many.GetProtoIndicesAttr().Set([0, 7, -1])
+    else:
+        many.GetPositionsAttr().Set([(0, 0, 0)])
+        square(made, "/shown")
+    world = load(made)
+    assert len(world.objects) == 1
+    codes = read_codes(made, tmp_path)
+    assert codes.count("ignored_element") == (2 if fault == "index" else 1)
+
+
+def test_masked_instances_are_not_shown(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    many = instancer(made, ["/many/a"], [0, 0, 0, 0])
+    square(made, "/many/a")
+    many.CreateInvisibleIdsAttr([1])
+    many.GetPrim().SetMetadata("inactiveIds", Sdf.Int64ListOp.CreateExplicit([2]))
+    assert places(load(made)) == [0.0, 30.0]
+    assert "hidden_part" in read_codes(made, tmp_path)
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying", "uniform", "constant"])
+@pytest.mark.parametrize("indexed", [False, True])
+def test_instances_have_their_own_colors(tmp_path: Path, interpolation: str, indexed: bool) -> None:
+    """ "The value is applied to each instance with constant interpolation at its root": UsdGeomPointInstancer."""
+    made = stage(tmp_path / "a.usda")
+    many = instancer(made, ["/many/a"], [0, 0, 0])
+    square(made, "/many/a")
+    color = UsdGeom.PrimvarsAPI(many).CreatePrimvar(
+        "displayColor", Sdf.ValueTypeNames.Color3fArray, interpolation
+    )
+    is_single = interpolation in ("uniform", "constant")
+    color.Set(Vt.Vec3fArray([GREEN] if is_single else [RED, GREEN] if indexed else [RED, GREEN, RED]))
+    if indexed:
+        color.SetIndices(Vt.IntArray([0] if is_single else [0, 1, 0]))
+    expected = [GREEN] * 3 if is_single else [RED, GREEN, RED]
+    world = load(made)
+    assert colors_by_place(world) == expected
+    assert {thing.mesh for thing in world.objects} == {0}
+
+
+def test_colors_of_the_prototype_take_precedence_over_those_of_instances(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    many = instancer(made, ["/many/own", "/many/above", "/many/none"], [0, 1, 2, 2])
+    square(made, "/many/own").CreateDisplayColorAttr([BLUE])
+    above = UsdGeom.Xform.Define(made, "/many/above").GetPrim()
+    square(made, "/many/above/mesh")
+    UsdGeom.PrimvarsAPI(above).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant").Set(
+        [GREEN]
+    )
+    square(made, "/many/none")
+    UsdGeom.PrimvarsAPI(many).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex").Set(
+        [RED, RED, RED, (0.5, 0.5, 0.5)]
+    )
+    assert colors_by_place(load(made)) == [BLUE, GREEN, RED, (0.5, 0.5, 0.5)]
+
+
+def test_instances_have_their_own_opacity(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    many = instancer(made, ["/many/a"], [0, 0])
+    square(made, "/many/a")
+    UsdGeom.PrimvarsAPI(many).CreatePrimvar("displayOpacity", Sdf.ValueTypeNames.FloatArray, "vertex").Set(
+        [1.0, 0.25]
+    )
+    world = load(made)
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    for x, seen in ((0, 1.0), (10, 0.25)):
+        camera = raycam.Camera.look_at((x, 0, 5), (x, 0, 0), (0, 1, 0), size=(2, 2), fov=1)
+        alpha = raycam.render(world, camera, samples=256, max_depth=1, transparent_background=True)["alpha"]
+        assert np.mean(alpha) == pytest.approx(seen, abs=0.06)
+
+
+def test_native_instances_have_the_primvars_of_their_ancestors(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    made.OverridePrim("/model").SetSpecifier(Sdf.SpecifierClass)
+    square(made, "/model/mesh")
+    for number, color in enumerate([RED, GREEN, BLUE, None]):
+        parent = UsdGeom.Xform.Define(made, f"/group{number}")
+        parent.AddTranslateOp().Set((10.0 * number, 0, 0))
+        prim = UsdGeom.Xform.Define(made, f"/group{number}/copy").GetPrim()
+        prim.GetReferences().AddInternalReference("/model")
+        prim.SetInstanceable(True)
+        owner = prim if number == 0 else parent.GetPrim()
+        if color:
+            primvar = UsdGeom.PrimvarsAPI(owner).CreatePrimvar(
+                "displayColor", Sdf.ValueTypeNames.Color3fArray, "constant"
+            )
+            primvar.Set([color])
+    world = load(made)
+    assert colors_by_place(world) == [RED, GREEN, BLUE, (0.8, 0.8, 0.8)]
+    assert {thing.mesh for thing in world.objects} == {0}
+
+
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_nested_instancers_are_where_pixar_puts_them(tmp_path: Path, depth: int) -> None:
+    made = stage(tmp_path / "a.usda")
+    path = "/many"
+    for level in range(depth):
+        many = instancer(made, [f"{path}/inner"], [0, 0, 0], path)
+        many.GetPositionsAttr().Set([(3.0**level * 10 * n, level, n) for n in range(3)])
+        many.CreateOrientationsAttr([Gf.Quath(0.5, 0.5, -0.5, 0.5)] * 3)
+        many.CreateScalesAttr([(1, 2, 0.5)] * 3)
+        path = f"{path}/inner"
+    mesh = square(made, path)
+    mesh.AddTranslateOp().Set((0.5, 1, 2))
+    world = load(made)
+    assert len(world.objects) == 3**depth
+    instance = UsdGeom.PointInstancer(made.GetPrimAtPath("/many"))
+    if depth == 1:
+        matrices = instance.ComputeInstanceTransformsAtTime(Usd.TimeCode(0), Usd.TimeCode(0))
+        expected = np.array(matrices).transpose(0, 2, 1)[:, :3]
+        np.testing.assert_allclose([thing.matrix[:3] for thing in world.objects], expected, atol=1e-5)
+    inside = UsdGeom.BBoxCache(Usd.TimeCode(0), [UsdGeom.Tokens.default_]).ComputeWorldBound(
+        made.GetPrimAtPath("/many")
+    )
+    judged = inside.ComputeAlignedRange()
+    np.testing.assert_allclose(world.bounds, [judged.GetMin(), judged.GetMax()], atol=1e-4)
+
+
+def test_many_instances_are_objects_of_one_mesh(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usdc")
+    count = 20_000
+    many = instancer(made, ["/many/a"], [0])
+    square(made, "/many/a")
+    positions = np.random.default_rng(3).uniform(-100, 100, (count, 3)).astype(np.float32)
+    many.GetProtoIndicesAttr().Set(Vt.IntArray(count, 0))
+    many.GetPositionsAttr().Set(Vt.Vec3fArray.FromNumpy(positions))
+    colors = np.random.default_rng(4).uniform(0, 1, (count, 3)).astype(np.float32)
+    UsdGeom.PrimvarsAPI(many).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex").Set(
+        Vt.Vec3fArray.FromNumpy(colors)
+    )
+    world = load(made)
+    assert world.counts["meshes"] == 1
+    assert len(world.objects) == count
+    np.testing.assert_allclose(world.objects[777].matrix[:3, 3], positions[777])
+    assert world.objects[777].name == "many.777"
+    np.testing.assert_allclose(np.asarray(world.triangle_colors())[2 * 777], colors[777], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["SphereLight", "NurbsPatch"])
+def test_prims_of_a_prototype_that_cannot_be_shown_are_reported(tmp_path: Path, kind: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    instancer(made, ["/many/a"], [0, 0])
+    square(made, "/many/a/mesh")
+    made.DefinePrim("/many/a/other", kind)
+    assert len(load(made).objects) == 2
+    assert "ignored_feature" in read_codes(made, tmp_path)

@@ -1,0 +1,148 @@
+"""Faults of the live view that came back before: each test is one kind of fault."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.explanation.svg import escape
+from raycam.viewer.scene.edits import edited
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+from support.chromium import Tab
+from support.gltf_document import Document, animated
+from support.node_core import needs_node, run_module
+from support.patience import until
+from support.session_messages import receive
+from support.viewer_page import opened, place_of
+
+SAMPLES = 4
+
+
+def offset_box() -> raycam.World:
+    """A box whose vertices are far from the origin of its coordinates."""
+    world = raycam.World()
+    corners = np.array(np.meshgrid([5, 6], [5, 6], [0, 1])).reshape(3, -1).T.astype(float)
+    world.add_object(vertices=corners, triangles=[[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6]])
+    return world
+
+
+@pytest.mark.parametrize(("key", "value"), [("turn", 30.0), ("scale", 1.5)])
+def test_turn_and_scale_keep_the_middle_of_the_object(key: str, value: float) -> None:
+    world = offset_box()
+    changed = edited(world, "object", 0, key, value)
+    before, after = (each.triangles(0).reshape(-1, 3) for each in (world, changed))
+    assert not np.allclose(before, after)
+    middles = [(each.min(axis=0) + each.max(axis=0)) / 2 for each in (before, after)]
+    assert np.allclose(middles[0][:2], middles[1][:2], atol=1e-6)
+
+
+def test_first_image_shows_the_animation_at_its_time_and_fit_frames_it(tmp_path: Path) -> None:
+    document = Document()
+    node = document.node(mesh=document.square(pbrMetallicRoughness={}))
+    animated(document, "translation", [0, 1], [[5, 0, 0], [6, 0, 0]], node=node)
+    world = raycam.load(document.save(tmp_path / "m.glb"))
+    session = Session(world)
+    expected = world.at(0.0)
+    assert np.array_equal(session.view.world.objects[0].matrix, expected.objects[0].matrix)
+    assert np.allclose(session.view.camera_message(0)["bounds"], expected.bounds)
+    assert session.view.camera == expected.default_camera()
+    receive(session, {"type": "time", "t": 1.0, "animation": ""})
+    assert np.allclose(session.view.camera_message(0)["bounds"], world.at(1.0).bounds)
+    receive(session, {"type": "home", "seq": 1})
+    assert session.view.camera == world.at(1.0).default_camera()
+
+
+def test_texts_of_figures_are_valid_xml() -> None:
+    text = "".join(map(chr, range(0x100))) + "\ufffe\ud800 <&>"
+    found = ElementTree.fromstring(f"<t>{escape(text)}</t>").text
+    assert found is not None
+    assert found.endswith("\ufffd\ufffd <&>")
+
+
+@needs_node
+def test_inflate_stops_at_its_limit() -> None:
+    found = run_module(
+        "image/planes.js",
+        "const packed = await deflate(new Uint8Array(50_000_000));"
+        "const within = (await inflate(await deflate(new Uint8Array(900)), 1000)).length;"
+        "try { await inflate(packed, 1000); } catch (error) { return [within, error.name]; }",
+    )
+    assert found == [900, "RangeError"]
+
+
+def test_invitation_opens_once(server: Server) -> None:
+    token = server.invitation().split("#t=")[1]
+    assert token != server.token
+    assert [server._accepts(token), server._accepts(token)] == [True, False]
+    assert [server._accepts(server.token), server._accepts("x")] == [True, False]
+
+
+@pytest.fixture(scope="module")
+def served(small_world: raycam.World) -> Iterator[Server]:
+    camera = small_world.camera("front")
+    made = Server(lambda: Session(small_world, camera, samples=SAMPLES, title="w"), port=0)
+    yield made
+    made.close()
+
+
+def test_picture_is_drawn_again_for_another_pixel_ratio(tab: Tab, served: Server) -> None:
+    opened(tab, served, SAMPLES)
+    width = tab.evaluate("document.getElementById('picture').width")
+    shown = {"width": 1280, "height": 800, "mobile": False}
+    tab.call("Emulation.setDeviceMetricsOverride", **shown, deviceScaleFactor=2)
+    tab.mouse("mouseMoved", 300, 300)
+    tab.wait(f"document.getElementById('picture').width === {2 * width}")
+    tab.call("Emulation.setDeviceMetricsOverride", **shown, deviceScaleFactor=1)
+    tab.mouse("mouseMoved", 310, 300)
+    tab.wait(f"document.getElementById('picture').width === {width}")
+
+
+def test_reload_keeps_the_camera(tab: Tab, served: Server) -> None:
+    tab.open(served.url)
+    tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    before = len(served.sessions)
+    tab.evaluate("document.getElementById('picture').focus()")
+    for kind in ("keyDown", "keyUp"):  # the place of the key counts, not its letter
+        tab.call("Input.dispatchKeyEvent", type=kind, key="\u0441", code="KeyC")
+    until(lambda: any(each.view.camera_name == "side" for each in served.sessions.values()))
+    tab.evaluate("location.reload()")
+    tab.wait("document.getElementById('camera').value === 'side'")
+    assert len(served.sessions) == before
+
+
+def test_sideways_swipe_and_double_click(tab: Tab, served: Server) -> None:
+    session = opened_again(tab, served)
+    version, view = session.images.version, session.view
+    x, y = place_of(tab, 600, 400, view.size)
+    tab.mouse("mouseWheel", x, y, deltaX=120, deltaY=0)
+    tab.evaluate(
+        "globalThis.picks = 0, WebSocket.prototype.send = ((send) => function (text) {"
+        " globalThis.picks += text.includes('pick'); return send.call(this, text);"
+        "})(WebSocket.prototype.send), 0"
+    )
+    for count in (1, 2):
+        for kind in ("mousePressed", "mouseReleased"):
+            tab.mouse(kind, x, y, button="left", clickCount=count)
+    tab.wait("globalThis.picks > 0")
+    assert tab.evaluate("globalThis.picks") == 1
+    assert session.view.camera == view.camera
+    assert session.images.version == version
+
+
+def opened_again(tab: Tab, server: Server) -> Session:
+    tab.open(server.url)
+    tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    return max(server.sessions.values(), key=lambda each: each.connection.is_open)
+
+
+def test_tab_leaves_the_picture(tab: Tab, served: Server) -> None:
+    opened_again(tab, served)
+    tab.evaluate("document.getElementById('picture').focus()")
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+    tab.wait("document.activeElement.id !== 'picture'")

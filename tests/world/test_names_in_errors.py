@@ -1,0 +1,48 @@
+"""Errors for wrong keys and names list the names that exist."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import raycam
+from raycam import dataset
+
+
+@pytest.fixture
+def world() -> raycam.World:
+    made = raycam.World()
+    made.add_object(box={"size": 1})
+    for name in ("front", "side"):
+        made.add_camera(raycam.Camera.look_at([0, -4, 1], [0, 0, 0], size=(8, 6), fov=40), name)
+    return made
+
+
+@pytest.mark.parametrize("key", [0, "frnt", None])
+def test_unknown_keys_of_cameras_list_the_names(world: raycam.World, key: Any) -> None:
+    with pytest.raises(KeyError) as caught:
+        world.cameras[key]
+    assert "front" in str(caught.value)
+    assert "side" in str(caught.value)
+    assert world.cameras.get(key) is None
+
+
+def test_a_camera_by_number_lists_the_names(world: raycam.World) -> None:
+    with pytest.raises(raycam.WorldError, match=r"0.*front, side"):
+        world.camera(0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("cameras", ["calib.yaml", Path("calib.yaml"), ["front"], {"a": 3}, 5])
+def test_cameras_of_a_data_set_that_are_no_cameras_are_refused_by_value(
+    world: raycam.World, cameras: Any, tmp_path: Path
+) -> None:
+    with pytest.raises(raycam.SettingsError, match="cameras"):
+        dataset.write(world, tmp_path / "out", "coco", cameras=cameras)
+    assert not (tmp_path / "out").exists()
+
+
+def test_devices_are_refused_with_the_way_to_write_to_the_standard_output(world: raycam.World) -> None:
+    frame = raycam.render(world, "front", samples=1, channels="color")
+    with pytest.raises(raycam.FormatError, match=r"/dev/stdout.*to_png"):
+        frame.save("/dev/stdout")
