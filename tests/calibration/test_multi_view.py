@@ -320,6 +320,6 @@ def test_the_two_files_of_a_pair(tmp_path: Path, third: str | None) -> None:
     cameras = raycam.load_cameras(tmp_path, size=SIZE)
     assert list(cameras) == ["left", "right"]
     if third is None:
-        assert "R and T" in " ".join(cameras.notices)
+        assert "R and T" in " ".join(map(str, cameras.notices))
     else:
         check(cameras["right"], K, R, C, lens)

@@ -48,7 +48,7 @@ def test_scannet(tmp_path: Path) -> None:
         cameras = raycam.load_cameras(folder)
         assert list(cameras) == [str(i) for i in range(11)]  # 2 before 10
         check_all(cameras, 11)
-        told = " ".join(cameras.notices)
+        told = " ".join(map(str, cameras.notices))
         assert "1 lost frames" in told
         assert "world_from_camera" in told
         assert "intrinsic_depth.txt has another K" in told

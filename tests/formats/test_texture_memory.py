@@ -80,7 +80,7 @@ def test_pictures_have_the_same_bytes_with_any_limit(folder: Path, limit: int | 
 def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> None:
     for name in ("sheet.obj", "tile.glb"):
         world = raycam.load(folder / name, texture_memory=1000)
-        assert "temporary file" in "".join(world.notices), name
+        assert "temporary file" in "".join(map(str, world.notices)), name
         limited, whole = (picture(w, samples=1) for w in (world, raycam.load(folder / name)))
         assert limited["albedo"].tobytes() == whole["albedo"].tobytes()
     by_hand = [raycam.World(texture_memory=limit) for limit in (None, 200_000)]

@@ -80,7 +80,7 @@ def test_the_notice_of_clamp_is_that_of_render(camera: raycam.Camera, integrator
         frame = raycam.render(world, camera, integrator=integrator, clamp=0.05, samples=picture.samples)
         notices = picture.frame().notices
         assert notices == picture.frame().notices == frame.notices
-        counts |= {int(notice.split()[0]) for notice in notices if "clamp" in str(notice)}
+        counts |= {int(str(notice).split()[0]) for notice in notices if "clamp" in str(notice)}
     assert len(counts) == 5
 
 

@@ -212,7 +212,7 @@ def test_what_no_calibration_holds_is_said(tmp_path: Path) -> None:
     for format in sorted(set(WRITTEN_FORMATS) - single):
         options = {"times": {"a": 1.0, "b": 2.0}} if format in ("tum", "euroc") else {}
         notices = raycam.save_cameras(tmp_path / format, {"a": blurred, "b": moving}, format, **options)
-        text = "\n".join(notices)
+        text = "\n".join(map(str, notices))
         assert "'a': its aperture and vignetting" in text.replace('"', "'"), format
         assert "'b': its shutter is" in text.replace('"', "'"), format
     said = raycam.save_cameras(tmp_path / "t.json", raycam.Rig.stereo(ahead(), 0.1), "nerf")

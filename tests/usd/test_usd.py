@@ -381,7 +381,7 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
     assert len(world.objects) == 1
-    said = "\n".join(world.notices)
+    said = "\n".join(map(str, world.notices))
     assert "1 Points prims" in said
     assert "approximated_value" in said
     assert "0.01 m" in said

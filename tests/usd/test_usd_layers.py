@@ -111,7 +111,7 @@ def test_a_folder_allows_more_layers(tmp_path: Path, arc: str, how: str) -> None
     made.Save()
     world = raycam.load(tmp_path / "scenes" / "a.usda")
     assert names(world) == ["shown"]
-    said = "\n".join(world.notices)
+    said = "\n".join(map(str, world.notices))
     assert f"folder={str(tmp_path)!r}" in said
     assert ("symbolic link to" in said) == (how == "link")
     whole = raycam.load(tmp_path / "scenes" / "a.usda", folder=tmp_path)
