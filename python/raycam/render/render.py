@@ -131,6 +131,12 @@ class _Image:
     progress: Progress | None = None
     cancel: Cancel | None = None
 
+    @property
+    def is_in_studio(self) -> bool:
+        """True if the studio lights the world: raycam chose the camera, and the world has no lights."""
+        options = self.world.render_settings | self.options
+        return self.is_framed and is_unlit(self.world, self.camera, options)
+
     def over(self, background: Any, names: list[str], transparent: bool) -> Frame:
         """The frame in front of `background`, or of the camera's own background."""
         if background is not None and transparent:
@@ -142,7 +148,7 @@ class _Image:
             # Masks of a camera with a background are those of its composition.
             return self.frame(names, transparent or (behind is not None and self.world._core.has_catchers))
         front = self.frame(names, True)
-        if self.is_framed and STUDIO_NOTICE in front.notices:
+        if self.is_in_studio:
             front = studio_shadow(front, self.frame(["color"], False))
         return over(front, behind, keep=names)
 
@@ -153,7 +159,7 @@ class _Image:
         if transparent and "color" in names:
             names = list(dict.fromkeys([*names, "alpha", *(["shadow"] if hides_catchers else [])]))
         notices: list[Notice] = []
-        if self.is_framed and "color" in names and is_unlit(world, camera, world.render_settings | options):
+        if "color" in names and self.is_in_studio:
             world = world.in_studio(camera, ground=not transparent)
             options = studio_options(world.render_settings | options)
             notices = [STUDIO_NOTICE]
