@@ -29,10 +29,6 @@ _OWN_NOTICES = {
         "Emissive objects are the only light, so shadow catchers show no shadows.",
         "Add a light to the world.",
     ),
-    "empty_file": Code(
-        "A file contains nothing that can be shown.",
-        "Check that the program that wrote it exports meshes, and as which types.",
-    ),
     "unposed_camera": Code(
         "The camera is at the origin inside the world, as files without poses leave it.",
         "Give the camera a pose, or place it with world.view_from.",
@@ -68,10 +64,6 @@ _OWN_NOTICES = {
     "rounded_values": Code(
         "The file stores values with fewer digits than the frame has.",
         "Save as .npz or .exr for exact values.",
-    ),
-    "foreign_name": Code(
-        "An argument was given under a name that another program uses.",
-        "Use raycam's name, which the message states.",
     ),
     "default_video": Code(
         "The world has no [video], so the camera orbits its centre for 4 seconds.",
@@ -121,8 +113,28 @@ _OWN_NOTICES = {
 
 _OWN_ERRORS = {
     "invalid_job": Code(
-        "A job's folder cannot be used, or its frames have failed.",
-        "Follow the message; retry_failed=True renders failed frames again.",
+        "A job's folder cannot be used.",
+        "Follow the message.",
+    ),
+    "damaged_job": Code(
+        "Files of a job or its results are damaged, or another program has changed them.",
+        "Remove the file that the message names and repeat the job's command; finished frames are kept.",
+    ),
+    "changed_input": Code(
+        "A job's worlds, cameras or options differ from those with which it began.",
+        "Restore them, or start a new job in another folder.",
+    ),
+    "failed_frames": Code(
+        "Frames of a job have failed.",
+        "Read the log that the message names; retry_failed=True renders the frames again.",
+    ),
+    "folder_in_use": Code(
+        "Another process works in the same folder.",
+        "Wait for it, stop it, or give each process its part with shard=(I, N).",
+    ),
+    "unsupported_camera": Code(
+        "The camera's lens, skew, motion or parallel rays are not supported here.",
+        "Use a camera without them: pinhole(), undistorted() or still() may create one.",
     ),
     "missing_dependency": Code(
         "An optional package is not installed.",
@@ -139,4 +151,4 @@ _CORE_NOTICES, _CORE_ERRORS = _core.codes()
 NOTICES = _table(_CORE_NOTICES, _OWN_NOTICES)
 """Every `code` of a `raycam.Notice`."""
 ERRORS = _table(_CORE_ERRORS, _OWN_ERRORS)
-"""Every `code` of a `raycam.Error`, and of the `OSError` and `MemoryError` that raycam raises."""
+"""Every `code` of a `raycam.Error`, and of the `OSError` of a file and the `MemoryError` that raycam raises."""

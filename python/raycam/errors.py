@@ -19,6 +19,7 @@ __all__ = [
     "SettingsError",
     "WorldError",
     "nearest",
+    "with_code",
 ]
 
 
@@ -121,6 +122,12 @@ class SettingsError(Error, ValueError):
     """Invalid settings or arrays."""
 
     code = "invalid_settings"
+
+
+def with_code(error: OSError) -> OSError:
+    """The error of a file with its `code`, "file_not_found" or "file_unreadable"."""
+    vars(error)["code"] = "file_not_found" if isinstance(error, FileNotFoundError) else "file_unreadable"
+    return error
 
 
 def nearest(what: str, given: object, valid: list[str]) -> str:

@@ -124,7 +124,7 @@ def test_metashape_notices(tmp_path: Path) -> None:
     document = metashape({}, initial=True, cameras=rolling)
     reference = "<reference>GEOGCS[&quot;WGS 84&quot;]</reference></chunk><chunk label='2'></chunk>"
     file.write_text(document.replace("</chunk>", reference))
-    told = " ".join(raycam.load_cameras(file).notices)
+    told = " ".join(map(str, raycam.load_cameras(file).notices))
     for word in ("2 chunks", "ECEF", "1 cameras are disabled", "rolling shutter of 1", "initial one"):
         assert word in told
 

@@ -158,7 +158,7 @@ def test_what_is_beside_the_photograph_is_counted() -> None:
     background = raycam.Background(noise((40, 30)), camera=narrow)
     frame = raycam.render(world(), camera, background=background, samples=1)
     said = next(notice for notice in frame.notices if notice.code == "uncovered_background")
-    count = int(said.split(": ")[1].split(" ")[0])
+    count = int(str(said).split(": ")[1].split(" ")[0])
     table = camera.pixel_map(narrow)
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)

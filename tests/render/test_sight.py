@@ -21,7 +21,7 @@ def lit_world(**keys: Any) -> raycam.World:
 
 
 def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) -> str:
-    return "\n".join(raycam.render(world, camera, samples=4, **options).notices)
+    return "\n".join(map(str, raycam.render(world, camera, samples=4, **options).notices))
 
 
 @pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])

@@ -75,10 +75,12 @@ def test_other_units_and_axes_of_a_layer_are_notices(tmp_path: Path, arc: str) -
             "b.usda"
         )
     made.Save()
-    found = dict(read_notices(tmp_path / "a.usda"))
-    assert found.keys() == {"layer_unit", "layer_up_axis"}
-    assert "b.usda" in found["layer_unit"]
-    assert "0.01" in found["layer_unit"].rpartition("multiply")[2]
+    found = read_notices(tmp_path / "a.usda")
+    assert [code for code, _ in found] == ["assumed_convention"] * 2
+    unit, axis = (text for _, text in found)
+    assert "b.usda" in unit
+    assert "0.01" in unit.rpartition("multiply")[2]
+    assert "b.usda" in axis
     np.testing.assert_allclose(np.ptp(raycam.load(tmp_path / "a.usda").bounds, axis=0), [2, 2, 0])
 
 

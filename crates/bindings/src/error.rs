@@ -196,8 +196,5 @@ pub(crate) fn from_panic(payload: &(dyn Any + Send)) -> PyErr {
         .map(|text| (*text).to_owned())
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
-    if text.contains("memory allocation") || text.contains("capacity overflow") {
-        return PyMemoryError::new_err(text);
-    }
     raycam_error(format!("internal error, a bug in raycam: {text}"))
 }

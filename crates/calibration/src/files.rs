@@ -20,20 +20,23 @@ pub struct Calibration {
     pub(crate) used_convention: bool,
 }
 
-/// A count with up to three names: `camera "a"`, `4 cameras ("a", "b", "c" ...)`.
-pub(crate) fn counted<'a>(noun: &str, names: impl ExactSizeIterator<Item = &'a str>) -> String {
-    let count = names.len();
-    let shown: Vec<String> = names.take(3).map(|name| format!("{name:?}")).collect();
-    match count {
-        1 => format!("{noun} {}", shown[0]),
-        2 | 3 => format!("{count} {noun}s ({})", shown.join(", ")),
-        _ => format!("{count} {noun}s ({} ...)", shown.join(", ")),
-    }
+/// A notice about cameras of these names.
+pub(crate) fn about_cameras<'a>(
+    code: NoticeCode,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    message: impl Into<String>,
+) -> Notice {
+    Notice::about_all(code, names.map(|name| format!("camera {name:?}")), message)
 }
 
 impl Calibration {
     pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
         self.notices.push(Notice::new(code, message));
+    }
+
+    /// Adds a notice about one part, such as a key or a camera; those with the same message are grouped at the end.
+    pub(crate) fn note_about(&mut self, code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) {
+        self.notices.push(Notice::about(code, subject, message));
     }
 }
 

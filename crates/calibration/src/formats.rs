@@ -13,7 +13,7 @@ use crate::datasets::{
 };
 use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::{unread, yaml, zip_members};
-use crate::files::counted;
+use crate::files::about_cameras;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -326,9 +326,8 @@ fn read_single_cameras(
     if placed < all.records.len() {
         let missing = all.records.iter().filter(|record| record.pose.is_none());
         let names: Vec<&str> = missing.map(|record| record.name.as_str()).collect();
-        let message =
-            format!("the pose of {} is missing in its file: it is at the origin", counted("camera", names.into_iter()));
-        all.note(NoticeCode::MissingValue, message);
+        let message = "the pose is missing in the file: the camera is at the origin";
+        all.notices.push(about_cameras(NoticeCode::MissingValue, names.into_iter(), message));
     }
     finish(all, format, &folder.path, known)
 }
@@ -432,11 +431,8 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
 /// The notice of cameras, by name, whose matrix differs from a rotation by a number.
 fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
     let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
-    let message = format!(
-        "R of {} differs from a rotation by up to {most:.1e}; the nearest rotation is used",
-        counted("camera", repaired.iter().map(|(name, _)| name.as_str()))
-    );
-    Some(Notice::new(NoticeCode::RepairedRotation, message))
+    let message = format!("R differs from a rotation by up to {most:.1e}; the nearest rotation is used");
+    Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
 }
 
 /// Fills in what a file leaves open, and checks its cameras.

@@ -64,7 +64,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             let m: [f64; 12] = numbers(path, line, values)?;
             // The object development kit leaves matrices of cameras that are not there at 0.
             if m == [0.0; 12] {
-                calibration.note(NoticeCode::IgnoredElement, format!("{key} (line {line}) is 0 and left out"));
+                calibration.note_about(
+                    NoticeCode::IgnoredElement,
+                    format!("{key} (line {line})"),
+                    "left out, since it is 0",
+                );
                 continue;
             }
             let mut record = CameraRecord::new(key, PixelCenter::Integer);
@@ -74,7 +78,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             }
             calibration.records.push(record);
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
-            calibration.note(NoticeCode::IgnoredElement, format!("{key} (line {line}) is no camera and not read"));
+            calibration.note_about(
+                NoticeCode::IgnoredElement,
+                format!("{key} (line {line})"),
+                "not a camera, not read",
+            );
         }
     }
     // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.

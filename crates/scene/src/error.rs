@@ -55,6 +55,26 @@ impl SceneError {
         Self::World(message.into())
     }
 
+    /// The error of an invalid lens.
+    pub fn lens(message: impl Into<String>) -> Self {
+        Self::Camera(ErrorCode::InvalidLens.message(message))
+    }
+
+    /// The error of an invalid material.
+    pub fn material(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidMaterial.message(message))
+    }
+
+    /// The error of an invalid light.
+    pub fn light(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidLight.message(message))
+    }
+
+    /// The error of invalid arrays of a mesh.
+    pub fn mesh(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidMesh.message(message))
+    }
+
     /// The error of a key of a description.
     pub fn schema(path: impl Into<String>, message: impl Into<Message>) -> Self {
         Self::Schema { path: path.into(), message: message.into(), span: None }

@@ -33,6 +33,16 @@ impl Notice {
         Self { code, message: message.into(), subjects: vec![subject.into()], count: 1 }
     }
 
+    /// A notice about several parts, of which it lists the first three.
+    pub fn about_all<S: Into<String>>(
+        code: NoticeCode,
+        subjects: impl ExactSizeIterator<Item = S>,
+        message: impl Into<String>,
+    ) -> Self {
+        let count = subjects.len();
+        Self { code, message: message.into(), subjects: subjects.take(MAX_SUBJECTS).map(Into::into).collect(), count }
+    }
+
     /// The same notice with `place` and a colon in front of its subjects, or else of its message.
     #[must_use]
     pub fn in_context(mut self, place: impl fmt::Display) -> Self {
@@ -151,6 +161,9 @@ codes! {
         FirstOnly "first_only":
             "A file contains several images, frames, scenes or sets of values, and only one is used.",
             "Save the part that you need to a file of its own.";
+        EmptyFile "empty_file":
+            "A file contains nothing that can be shown.",
+            "Check that the program that wrote it exports meshes, and as which types.";
         HiddenPart "hidden_part":
             "A file marks a part as hidden, and it is not shown.",
             "Make it visible in the program that wrote the file.";

@@ -12,14 +12,14 @@ use raycam_scene::{Notice, Up, ViewTransform, camera, triangles};
 use serde_json::json;
 use wasm_bindgen::prelude::*;
 
-use crate::failure::{failure, format_failure};
+use crate::failure::{failure, format_failure, internal_failure};
 use crate::request;
 
 /// Makes a panic an exception with its text. The instance is of no use afterwards.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|info| {
-        let text = failure(format!("raycam failed at {info}; this is a fault of raycam"));
+        let text = internal_failure(format!("raycam failed at {info}; this is a bug of raycam"));
         wasm_bindgen::throw_str(&text);
     }));
 }

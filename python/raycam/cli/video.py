@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> None:
     if rig is None:
         world, camera, settings = _seen(world, options, settings)
     elif options.turntable:
-        raise SettingsError("--turntable cannot be combined with --rig")
+        raise SettingsError("--turntable cannot be combined with --rig", code="conflicting_values")
     told: set[Notice] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):

@@ -48,15 +48,21 @@ def connect(address: str, threads: int | None = None, tell: Callable[[Notice], o
     try:
         import distributed
     except ImportError:
-        raise SettingsError(f"{address}: Dask is not installed; pip install 'raycam[cluster]'") from None
+        raise SettingsError(
+            f"{address}: Dask is not installed; pip install 'raycam[cluster]'", code="missing_dependency"
+        ) from None
     kind, _, rest = address.partition(":")
     if kind == "local":
         if not rest.isdigit() or int(rest) < 1:
-            raise SettingsError(f"{address!r}: expected local:N with N processes, as in local:4")
+            raise SettingsError(
+                f"{address!r}: expected local:N with N processes, as in local:4", code="invalid_value"
+            )
         cluster = _local(address, int(rest))
         return DaskPool(distributed.Client(cluster), threads, cluster, tell)
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
-        raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
+        raise SettingsError(
+            f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N", code="invalid_value"
+        )
     try:
         return DaskPool(
             distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False), threads, tell=tell

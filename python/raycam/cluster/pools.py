@@ -49,7 +49,7 @@ def make_pool(
     if where is None:
         return contextlib.closing(InProcessPool(threads))
     if isinstance(where, bool) or (isinstance(where, int) and where < 1):
-        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
+        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}", code="wrong_type")
     if isinstance(where, int):
         return contextlib.closing(ProcessPool(where, threads))
     if isinstance(where, str):

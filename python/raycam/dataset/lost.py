@@ -23,7 +23,9 @@ KEY = "lost"
 def check_depth_scale(scale: Any) -> None:
     """Raises `SettingsError` unless `scale` is None or a number of millimetres per unit, more than 0."""
     if scale is not None and not (isinstance(scale, int | float) and scale > 0):
-        raise SettingsError(f"depth_scale is {scale!r}, expected millimetres per unit, more than 0")
+        raise SettingsError(
+            f"depth_scale is {scale!r}, expected millimetres per unit, more than 0", code="out_of_range"
+        )
 
 
 def depth_units(

@@ -56,10 +56,11 @@ class WorldCollector:
             self.add_notice(name, "no triangles: nothing to see")
             return None
         if not np.isfinite(vertices).all():
-            raise WorldError(f"{name}: vertices must be finite")
+            raise WorldError(f"{name}: vertices must be finite", code="out_of_range")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise WorldError(
-                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices"
+                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices",
+                code="index_out_of_range",
             )
         offset = np.zeros(3)
         if (vertices.astype(np.float32) != vertices).any():
@@ -117,7 +118,7 @@ def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str,
     """Builds the world; raises `WorldError` if there are no triangles."""
     if not collector.glb._lists.get("nodes"):
         why = f" ({'; '.join(map(str, collector.notices))})" if collector.notices else ""
-        raise WorldError(f"{name}: there are no triangles: nothing to see{why}")
+        raise WorldError(f"{name}: there are no triangles: nothing to see{why}", code="nothing_visible")
     return collector.world(name, up, camera)
 
 

@@ -54,7 +54,8 @@ def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
             who = read_at(file, 200, 0).decode(errors="replace").strip() or "another process"
             raise JobError(
                 f"{folder}: {who} works in this folder; wait for it, stop it, or give each process its part with "
-                "shard=(I, N)"
+                "shard=(I, N)",
+                code="folder_in_use",
             )
     except LocksUnsupportedError as fault:
         message = (

@@ -47,5 +47,5 @@ def frame_maker(kind: str, world: World, settings: Mapping[str, Any], threads: i
     if kind not in KINDS and kind in MODULES:
         importlib.import_module(MODULES[kind])
     if kind not in KINDS:
-        raise JobError(nearest("kind of job", kind, list(MODULES | KINDS)))
+        raise JobError(nearest("kind of job", kind, list(MODULES | KINDS)), code="unknown_name")
     return KINDS[kind](world, settings, threads)

@@ -50,7 +50,8 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels = _linear(given)
         if pixels.shape != (height, width, 3):
             raise SettingsError(
-                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's"
+                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's",
+                code="wrong_shape",
             )
         return pixels, []
     return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
@@ -74,7 +75,8 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
             raise SettingsError(
                 f"{name} has {_size(pixels)} pixels and the camera {size[0]} x {size[1]}: expected a photograph that "
                 "the camera took. raycam.Background(image, camera=...) names the camera that took it, and "
-                'fit="cover" cuts it'
+                'fit="cover" cuts it',
+                code="wrong_shape",
             )
         taker = camera.resized(own)
         message = f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels"
@@ -82,11 +84,13 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph"
+            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph",
+            code="wrong_shape",
         )
     if camera is None:
         raise SettingsError(
-            "a photograph of another camera is behind a frame with a camera, and this frame has none"
+            "a photograph of another camera is behind a frame with a camera, and this frame has none",
+            code="unsupported_camera",
         )
     if taker.with_background(None) == camera.with_background(None):
         return pixels, notices
@@ -107,7 +111,8 @@ def _warped(
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
-            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel"
+            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel",
+            code="unsupported_camera",
         )
     width, height = camera.size
     shown = _stored(pixels)
@@ -186,13 +191,17 @@ def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
     try:
         pixels, notices = _core.read_picture(path, False)
     except FormatError as fault:
-        raise FormatError(f"{fault}; expected a PNG or JPEG picture as a background") from None
+        raise FormatError(
+            f"{fault}; expected a PNG or JPEG picture as a background", code="unknown_format"
+        ) from None
     return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
 
 def _linear(array: npt.NDArray[Any]) -> Colors:
     if array.ndim != 3 or array.shape[2] != 3:
-        raise SettingsError(f"background has the shape {list(array.shape)}: expected [height, width, 3]")
+        raise SettingsError(
+            f"background has the shape {list(array.shape)}: expected [height, width, 3]", code="wrong_shape"
+        )
     if array.dtype == np.uint8:
         return _core.linear_from_srgb8(np.ascontiguousarray(array))
     return array.astype(np.float32)
@@ -221,7 +230,8 @@ def _color(color: Any) -> Colors:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)
     except WorldError as fault:
         raise SettingsError(
-            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}"
+            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}",
+            code="wrong_type",
         ) from None
     found: Colors = probe.triangle_colors()[0]
     return found

@@ -140,9 +140,15 @@ class _Image:
     def over(self, background: Any, names: list[str], transparent: bool) -> Frame:
         """The frame in front of `background`, or of the camera's own background."""
         if background is not None and transparent:
-            raise SettingsError("background and transparent_background cannot be combined; give one of them")
+            raise SettingsError(
+                "background and transparent_background cannot be combined; give one of them",
+                code="conflicting_values",
+            )
         if background is not None and "color" not in names:
-            raise SettingsError(f"background needs the channel color; requested channels: {', '.join(names)}")
+            raise SettingsError(
+                f"background needs the channel color; requested channels: {', '.join(names)}",
+                code="missing_value",
+            )
         behind = self.camera.background if background is None else background
         if behind is None or transparent or "color" not in names:
             # Masks of a camera with a background are those of its composition.
@@ -278,7 +284,9 @@ def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[
 
     denoise.load()
     if "color" not in names:
-        raise SettingsError(f"denoise needs the channel color; requested channels: {', '.join(names)}")
+        raise SettingsError(
+            f"denoise needs the channel color; requested channels: {', '.join(names)}", code="missing_value"
+        )
     guided = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
     noisy = image.frame(guided, transparent)
     guides = [noisy[name] for name in denoise.GUIDES]
@@ -318,14 +326,16 @@ def _reference(image: _Image, names: list[str], options: dict[str, Any], transpa
     if unused:
         raise SettingsError(
             f'{", ".join(sorted(unused))}: not supported by integrator="reference", which traces one ray through each '
-            "pixel's centre"
+            "pixel's centre",
+            code="conflicting_values",
         )
     planes = reference.render(image.world, image.camera, image.progress)
     missing = [name for name in names if name not in planes]
     if missing:
         known = ", ".join(name for name in CHANNELS if name in planes)
         raise SettingsError(
-            f'channel {", ".join(missing)}: not supported by integrator="reference"; options: {known}'
+            f'channel {", ".join(missing)}: not supported by integrator="reference"; options: {known}',
+            code="conflicting_values",
         )
     arrays = {name: planes[name].astype(CHANNELS[name][0]) for name in names}
     return Frame(arrays, camera=image.camera, size=image.camera.size, **shown)

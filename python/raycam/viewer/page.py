@@ -161,13 +161,20 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
     """The arrays that are planes of this picture, by name. Raises `SettingsError` for others."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
-        raise SettingsError(f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}")
+        raise SettingsError(
+            f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}",
+            code="wrong_type",
+        )
     arrays = {}
     for name, value in given.items():
         if name in frame:
-            raise SettingsError(f"arrays[{name!r}]: the frame has a channel of this name")
+            raise SettingsError(
+                f"arrays[{name!r}]: the frame has a channel of this name", code="duplicate_name"
+            )
         if not (isinstance(name, str) and name.isidentifier()):
-            raise SettingsError(f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'")
+            raise SettingsError(
+                f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'", code="invalid_value"
+            )
         array = arrays[name] = numbers(f"arrays[{name!r}]", value)
         fits = array.shape[:2] == (height, width) and (
             array.ndim == 2 or (array.ndim == 3 and 1 <= array.shape[2] <= MOST_COMPONENTS)
@@ -175,10 +182,13 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
         if not fits:
             raise SettingsError(
                 f"arrays[{name!r}] has the shape {list(array.shape)}; expected [{height}, {width}] or "
-                f"[{height}, {width}, 1 to {MOST_COMPONENTS}]"
+                f"[{height}, {width}, 1 to {MOST_COMPONENTS}]",
+                code="wrong_shape",
             )
         if array.dtype.name not in DTYPES:
-            raise SettingsError(f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}")
+            raise SettingsError(
+                f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}", code="wrong_type"
+            )
     return arrays
 
 
@@ -187,15 +197,17 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
     if other is None:
         return
     if not isinstance(other, type(frame)):
-        raise SettingsError(f"compare must be a raycam.Frame, not {type(other).__name__}")
+        raise SettingsError(f"compare must be a raycam.Frame, not {type(other).__name__}", code="wrong_type")
     if other.region[2:] != frame.region[2:]:
         (_, _, width, height), (_, _, other_width, other_height) = frame.region, other.region
         raise SettingsError(
-            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}"
+            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}",
+            code="wrong_shape",
         )
     if not set(other) & set(frame):
         raise SettingsError(
-            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare"
+            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare",
+            code="conflicting_values",
         )
 
 
@@ -262,7 +274,8 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera"
+            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera",
+            code="missing_value",
         )
     from ..explanation import explain
     from .probe import explanation_parts
@@ -273,7 +286,10 @@ def _explanations(
         explanation = explain(world, frame.camera, pixel)
         column, row = explanation.pixel[0] - x, explanation.pixel[1] - y
         if not (0 <= column < width and 0 <= row < height):
-            raise SettingsError(f"explain: pixel {pixel} is not in the region {frame.region} of this frame")
+            raise SettingsError(
+                f"explain: pixel {pixel} is not in the region {frame.region} of this frame",
+                code="out_of_range",
+            )
         made.append({"column": column, "row": row, **explanation_parts(explanation)[0]})
     return made
 

@@ -48,7 +48,7 @@ def load_frame(path: str | os.PathLike[str]) -> Frame:
         return ENDINGS[Path(path).suffix.lower()](path)
     except KeyError:
         raise FormatError(
-            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}"
+            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}", code="unknown_format"
         ) from None
 
 
@@ -61,7 +61,9 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
             with np.load(file, allow_pickle=False) as saved:
                 arrays: dict[str, Any] = {name: saved[name] for name in saved.files}
     except (ValueError, zipfile.BadZipFile, EOFError):
-        raise FormatError(f"{os.fspath(path)}: this is no .npz file of raycam") from None
+        raise FormatError(
+            f"{os.fspath(path)}: this is no .npz file of raycam", code="unknown_format"
+        ) from None
     channels = {name: arrays[name] for name in CHANNELS if name in arrays}
     if not channels or "size" not in arrays or "region" not in arrays:
         raise FormatError(f"{os.fspath(path)}: this .npz file has no frame of raycam")

@@ -65,11 +65,13 @@ class WorldBuilding(WorldContents):
         description: dict[str, Any] = {"vertices": corners, "triangles": indices("faces", faces)}
         description |= {key: value for key, value in optional.items() if value is not None}
         if material is not None and not isinstance(material, Mapping):
-            raise WorldError(f"material must be a table of keys and values, not {material!r}")
+            raise WorldError(
+                f"material must be a table of keys and values, not {material!r}", code="wrong_type"
+            )
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
-                raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+                raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
             description |= part
         with self._warning():
             return _core.world_add_object(self._core, plain(description), None)
@@ -201,7 +203,7 @@ class WorldBuilding(WorldContents):
         Raises `WorldError` with the nearest known name, and for a camera of a rig, which moves as a whole.
         """
         if not isinstance(camera, Camera):
-            raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}")
+            raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}", code="wrong_type")
         _core.world_set_camera(self._core, _camera_name(name), camera._core)
 
     def remove_camera(self, name: str) -> None:
@@ -241,5 +243,5 @@ class WorldBuilding(WorldContents):
 def _camera_name(name: object) -> str:
     """Returns the name of a camera; raises `WorldError` for anything else."""
     if not isinstance(name, str):
-        raise WorldError(f"camera names must be strings, got {name!r}")
+        raise WorldError(f"camera names must be strings, got {name!r}", code="wrong_type")
     return name

@@ -161,7 +161,8 @@ class WorldContents:
         """The camera of this name; raises `WorldError` with the nearest known name."""
         if not isinstance(name, str):
             raise WorldError(
-                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}",
+                code="wrong_type",
             )
         return Camera._of(self._core.camera(name), self.up)
 
@@ -220,7 +221,8 @@ class WorldContents:
         """
         if self._stage_variants:
             raise WorldError(
-                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})",
+                code="conflicting_values",
             )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))

@@ -54,13 +54,18 @@ def load(
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
     if not isinstance(path, str | os.PathLike):
-        raise SettingsError(f"path must be the path of a world or model, not {type(path).__name__}")
+        raise SettingsError(
+            f"path must be the path of a world or model, not {type(path).__name__}", code="wrong_type"
+        )
     check_exists(path)
     if Path(path).suffix.lower() in usd.SUFFIXES:
         core, variants = load_usd(path, texture_memory, folder, time, variant)
         world, variant = World._of(core, variants), None
     elif time is not None:
-        raise SettingsError(f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)")
+        raise SettingsError(
+            f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
+            code="conflicting_values",
+        )
     else:
         if folder is not None:
             check_folder(path, folder)
@@ -79,10 +84,11 @@ def load(
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
     """The same world with another up axis; raises `SettingsError` for a world file, which says it itself."""
     if up not in ("z", "y"):
-        raise SettingsError(f"up is {up!r}; expected 'z' or 'y'")
+        raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
         raise SettingsError(
-            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top'
+            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top',
+            code="conflicting_values",
         )
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
     return World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))

@@ -107,7 +107,7 @@ def _original_names(path: str | os.PathLike[str], folder: str, files: dict[str, 
     try:
         yield
     except FormatError as error:
-        raise FormatError(_name_originals(str(error), path, folder, files)) from None
+        raise FormatError(_name_originals(str(error), path, folder, files), code=error.code) from None
 
 
 def _name_originals(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:

@@ -91,7 +91,9 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         if not isinstance(data, bytes | bytearray | memoryview):
-            raise FormatError(f"data must be the bytes of World.to_bytes, not {type(data).__name__}")
+            raise FormatError(
+                f"data must be the bytes of World.to_bytes, not {type(data).__name__}", code="wrong_type"
+            )
         return cls._of(
             _core.world_from_bytes(
                 bytes(data), memory_limits.parse_size("texture_memory", texture_memory), ""

@@ -25,7 +25,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         if at.get("matrix").is_none() {
             if key != "metadata" {
                 at.refuse_lens(key)?;
-                calibration.note(NoticeCode::IgnoredKey, format!("{key} (line {}) is not read", at.node.line));
+                calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read");
             }
             continue;
         }

@@ -44,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         root.entries()?.into_iter().partition(|(name, at)| is_camera(name) || at.get("camera_model").is_some());
     for (name, at) in others {
         at.refuse_lens(name)?;
-        calibration.note(NoticeCode::IgnoredKey, format!("{name} (line {}) is not read", at.node.line));
+        calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
     }
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));

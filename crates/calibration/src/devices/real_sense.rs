@@ -27,7 +27,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(camera(&at, name.into())?);
         } else {
             at.refuse_lens(name)?;
-            calibration.note(NoticeCode::IgnoredKey, format!("{name} (line {}) is not read", at.node.line));
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
         }
     }
     Ok(calibration)

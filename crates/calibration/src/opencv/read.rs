@@ -186,8 +186,8 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
                 ));
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pair_pose.is_some()) {
-                let message = format!("{name} (line {}) is not read", inner.at.node.line);
-                calibration.note(NoticeCode::IgnoredKey, message);
+                let subject = format!("{name} (line {})", inner.at.node.line);
+                calibration.note_about(NoticeCode::IgnoredKey, subject, "not read");
             }
         }
     }

@@ -83,7 +83,11 @@ impl Files<'_> {
         for (line, row) in rows_of(self.sensors.text()?) {
             let fail = |message: String| FormatError::line(&self.sensors.path, line, message);
             if row.get(2) != Some(&"camera") {
-                calibration.note(NoticeCode::IgnoredElement, format!("sensor {} is not a camera and not read", row[0]));
+                calibration.note_about(
+                    NoticeCode::IgnoredElement,
+                    format!("sensor {}", row[0]),
+                    "not a camera, not read",
+                );
                 continue;
             }
             let numbers: Option<Vec<f64>> = row.iter().skip(4).map(|word| word.parse().ok()).collect();
@@ -97,8 +101,8 @@ impl Files<'_> {
             let mut record = CameraRecord::new(row[0], PixelCenter::Half);
             record.size = Some([width, height]);
             if row[3] == "UNKNOWN_CAMERA" {
-                calibration
-                    .note(NoticeCode::MissingValue, format!("camera {} has no intrinsics (UNKNOWN_CAMERA)", row[0]));
+                let subject = format!("camera {}", row[0]);
+                calibration.note_about(NoticeCode::MissingValue, subject, "no intrinsics (UNKNOWN_CAMERA)");
             } else {
                 let (k, lens) = lens_from_colmap(row[3], &numbers[2..]).map_err(|error| fail(error.to_string()))?;
                 (record.k, record.lens) = (Some(k), lens);

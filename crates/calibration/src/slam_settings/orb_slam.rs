@@ -186,7 +186,7 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
         }
         at.refuse_lens(own)?;
         at.refuse_lens(key)?;
-        notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{key} (line {}) is not read", at.node.line)));
+        notices.push(Notice::about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read"));
     }
     if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
         notices.push(Notice::new(

@@ -70,7 +70,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         .note(NoticeCode::AssumedConvention, format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
     for (key, (line, _)) in &rows {
         if !OTHER.contains(key) && !["cam0", "cam1", "baseline"].contains(key) {
-            calibration.note(NoticeCode::IgnoredKey, format!("{key} (line {line}) is not read"));
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {line})"), "not read");
         }
     }
     Ok(calibration)

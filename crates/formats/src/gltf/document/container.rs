@@ -188,8 +188,7 @@ fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
     let code = match error.classify() {
-        _ if error.to_string().starts_with("invalid length") => "ARRAY_LENGTH_NOT_IN_LIST",
-        serde_json::error::Category::Data => "TYPE_MISMATCH or UNDEFINED_PROPERTY",
+        serde_json::error::Category::Data => "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY",
         _ => "INVALID_JSON",
     };
     match found {
