@@ -32,6 +32,7 @@ from .world.texture import Texture
 if TYPE_CHECKING:
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .photos import photo_truth
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -78,6 +79,7 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "photo_truth",
     "progressive",
     "render",
     "render_many",
@@ -94,6 +96,7 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "photo_truth": "photos",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

@@ -12,7 +12,7 @@ from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
 from .missing_files import check_exists, recipe_named
-from .usd_files import explain_usd, load_usd
+from .usd_files import load_usd
 from .world import World
 
 __all__ = ["load"]
@@ -70,7 +70,7 @@ def load(
         if folder is not None:
             check_folder(path, folder)
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with explain_usd(), recipe_named(path):
+        with recipe_named(path):
             world = World._of(_core.World.load(os.fspath(path), folder, limit))
     if up is not None and up != world.up:
         world = _turned(world, up, path)

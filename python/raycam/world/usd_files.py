@@ -14,7 +14,7 @@ from ..errors import FormatError, Notice
 from ..io import memory_limits
 from .description import plain
 
-__all__ = ["add_usd_object", "explain_usd", "is_usd", "load_usd"]
+__all__ = ["add_usd_object", "is_usd", "load_usd"]
 
 
 def is_usd(name: object) -> bool:
@@ -72,21 +72,6 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             stage.notices.append(("converted_up_axis", text))
         _set_notices(core, before, path, folder, stage)
     return number
-
-
-@contextlib.contextmanager
-def explain_usd() -> Iterator[None]:
-    """Adds a remedy to the error that a description names a USD file, which only Python reads."""
-    try:
-        yield
-    except FormatError as error:
-        place, found, _ = str(error).partition(": unknown kind of file")
-        if found and place.lower().endswith(usd.SUFFIXES):
-            raise FormatError(
-                f"{place}: a world file cannot name USD files; convert it once with"
-                ' raycam.load("x.usd").to_gltf("x.glb"), or use World.add_object(mesh="x.usd")'
-            ) from None
-        raise
 
 
 def _set_notices(

@@ -22,7 +22,6 @@ from .description import plain
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
 from .studio import add_ground, add_studio
-from .usd_files import explain_usd
 
 __all__ = ["World"]
 
@@ -73,8 +72,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with explain_usd():
-            world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
         return world
 
