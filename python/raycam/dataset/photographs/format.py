@@ -46,20 +46,20 @@ def check(plan: Plan) -> None:
     one_of("facing", options["facing"], ("both", "front"))
     if options["normal_bits"] not in (8, 16):
         raise SettingsError(
-            f"normal_bits is {options['normal_bits']!r}; expected 8 or 16", code="wrong_shape"
+            f"normal_bits is {options['normal_bits']!r}; expected 8 or 16", code="invalid_value"
         )
     check_depth_scale(options["depth_scale"])
     if options["depth_scale"] is None:
         raise SettingsError(
             "depth_scale is None; expected millimetres per unit, the same for all photographs",
-            code="duplicate_name",
+            code="missing_value",
         )
     if layout != "plain":
         given = [name for name in words("channel", options["channels"], CHANNELS) if name != "depth"]
         if given:
             raise SettingsError(
                 f"layout {layout!r} has fixed files, without channels {', '.join(given)}; use plain",
-                code="missing_value",
+                code="conflicting_values",
             )
     if plan.recipe is not None:
         raise SettingsError(
@@ -72,7 +72,7 @@ def check(plan: Plan) -> None:
                 raise CameraError(
                     f"camera {view.label or number}: layout {layout!r} requires pinhole cameras without skew; use "
                     "undistorted cameras (camera.undistorted(), --undistort) or layout plain or scannetpp",
-                    code="missing_value",
+                    code="unsupported_camera",
                 )
 
 
