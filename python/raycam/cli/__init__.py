@@ -37,6 +37,7 @@ from . import (
     status,
     video,
     view,
+    visible,
 )
 from .options.command import option_names
 from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
@@ -49,6 +50,7 @@ COMMANDS = {
     "video": video.COMMAND,
     "dataset": dataset.COMMAND,
     "depth": depth.COMMAND,
+    "visible": visible.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,

@@ -11,7 +11,7 @@ from ..camera import Camera
 from ..errors import Notice
 from ..world import World
 
-__all__ = ["cameras_that_see", "placement_notices"]
+__all__ = ["cameras_that_see", "pixel_grid", "placement_notices"]
 
 GRID = 12
 """Rays along each side of a photograph, by which a camera is found to see the world."""
@@ -46,14 +46,15 @@ def cameras_that_see(world: World, cameras: Sequence[Camera], factor: float = 1.
     found = []
     for camera in cameras:
         placed = camera if factor == 1.0 else camera.still().at_pose(camera.R, camera.location / factor)
-        pixels = _grid(placed)
+        pixels = pixel_grid(placed)
         origins, ways = placed.rays(pixels)
         ways = ways if factor > 0 else -ways
         found.append(bool(world.occluded(origins, ways).any()))
     return found
 
 
-def _grid(camera: Camera) -> Floats:
+def pixel_grid(camera: Camera) -> Floats:
+    """Pixels [n, 2] of an even grid over the image."""
     width, height = camera.size
     u = (np.arange(GRID) + 0.5) / GRID * width + camera.corner
     v = (np.arange(GRID) + 0.5) / GRID * height + camera.corner
