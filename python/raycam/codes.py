@@ -77,6 +77,10 @@ _OWN_NOTICES = {
         "Times are before the beginning or after the end of the world's motion.",
         "Use times within the duration of its video or animations.",
     ),
+    "outside_limits": Code(
+        "Joint values of a robot are beyond the limits of its file.",
+        "Correct the values, or clamp them with clamp_joints=True.",
+    ),
     "values_lost": Code(
         "A data set's format cannot represent some values.",
         "Use another format, or another depth_scale.",
