@@ -30,6 +30,7 @@ from . import (
     doctor,
     explain,
     info,
+    learn,
     render,
     selfcheck,
     status,
@@ -55,6 +56,7 @@ COMMANDS = {
     "doctor": doctor.COMMAND,
     "bench": bench.COMMAND,
     "demo": demo.COMMAND,
+    "learn": learn.COMMAND,
     "completion": completion.COMMAND,
 }
 """The commands by name, in the order of the help."""

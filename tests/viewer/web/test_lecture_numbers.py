@@ -1,0 +1,159 @@
+"""The numbers of the lecture's page, against `raycam.reference`, the camera of raycam, and its triangles."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import raycam
+from raycam import reference
+from support.node_core import needs_node, run_module
+
+pytestmark = needs_node
+PAGE = "lecture/main.js"
+STATES = 1000
+
+
+def in_page(script: str) -> object:
+    """Runs a script in the scope of the lecture's modules."""
+    return run_module(PAGE, f"delete globalThis.onmessage; {script}")
+
+
+@pytest.fixture(scope="module")
+def states() -> list[dict[str, object]]:
+    """Random numbers of the shared world."""
+    rng = np.random.default_rng(7)
+    return [
+        {
+            **dict(zip(("fx", "fy"), rng.uniform(120, 700, 2), strict=True)),
+            "skew": rng.uniform(-150, 150),
+            "cx": rng.uniform(0, 319),
+            "cy": rng.uniform(0, 239),
+            "roll": rng.uniform(-180, 180),
+            "pitch": rng.uniform(-89, 89),
+            "yaw": rng.uniform(0, 360),
+            "C": [*rng.uniform(-6, 6, 2), rng.uniform(0.2, 6)],
+            "pixel": [int(rng.integers(320)), int(rng.integers(240))],
+        }
+        for _ in range(STATES)
+    ]
+
+
+@pytest.fixture(scope="module")
+def shown(states: list[dict[str, object]]) -> list[dict[str, object]]:
+    """What the page computes for each state."""
+    found = in_page(
+        f"""const shown = [];
+        for (const state of {json.dumps(states)}) {{
+          const shared = new Shared();
+          Object.assign(shared.numbers, state);
+          shared.compute();
+          const {{ camera, ray, steps, corners }} = shared;
+          shown.push({{ ...camera, r: ray.r, v: ray.forward, winner: steps.winner, corners }});
+        }}
+        return shown;"""
+    )
+    assert isinstance(found, list)
+    return found
+
+
+def test_camera_of_the_page_equals_from_pose(states: list[dict], shown: list[dict]) -> None:
+    for state, page in zip(states, shown, strict=True):
+        K = [[state["fx"], state["skew"], state["cx"]], [0, state["fy"], state["cy"]], [0, 0, 1]]
+        camera = raycam.Camera.from_pose(
+            state["C"], state["roll"], state["pitch"], state["yaw"], size=(320, 240), K=K
+        )
+        np.testing.assert_allclose(np.reshape(page["P"], (3, 4)), camera.P, atol=1e-9)
+        np.testing.assert_allclose(np.reshape(page["R"], (3, 3)), camera.R, atol=1e-12)
+
+
+def test_ray_of_the_page_equals_the_reference(states: list[dict], shown: list[dict]) -> None:
+    for state, page in zip(states, shown, strict=True):
+        P = np.reshape(page["P"], (3, 4))
+        X = reference.points_on_lines(P, np.array([state["pixel"]], float))
+        C = reference.camera_center(P)
+        v = reference.third_row_of_r(P)
+        line = reference.lines(X, C)
+        np.testing.assert_allclose(page["v"], v, atol=1e-9)
+        r = reference.pointed_forward(line, v)[0]
+        np.testing.assert_allclose(page["r"], r, rtol=1e-6, atol=1e-6 * np.abs(r).max())
+
+
+def test_closest_hit_of_the_page_equals_the_reference(shown: list[dict]) -> None:
+    hits = 0
+    for page in shown:
+        triangles = np.reshape(page["corners"], (-1, 3, 3))
+        C, r = np.array(page["C"], float), np.array([page["r"]], float)
+        found = reference.trace(triangles, C, r)
+        winner = page["winner"]
+        assert (winner["index"] if winner else -1) == found.index[0]
+        if winner:
+            hits += 1
+            np.testing.assert_allclose(winner["t"], found.t[0], rtol=1e-9)
+    assert hits > STATES // 10
+
+
+def test_triangles_of_the_page_equal_those_of_its_world_file(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    page = in_page(
+        "const numbers = firstNumbers(); return [worldText(numbers), cornersOf(numbers), colorsOf(numbers)];"
+    )
+    assert isinstance(page, list)
+    path = tmp_path_factory.mktemp("world") / "lecture.toml"
+    path.write_text(page[0], encoding="utf-8")
+    world = raycam.load(path)
+    np.testing.assert_allclose(np.reshape(page[1], (-1, 3, 3)), np.asarray(world.triangles()), atol=1e-12)
+    linear = np.asarray(world.triangle_colors(), float)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    np.testing.assert_array_equal(page[2], np.round(255 * srgb))
+
+
+def test_labels_never_overlap_in_random_configurations() -> None:
+    rng = np.random.default_rng(3)
+    configurations = [
+        [
+            {"at": rng.uniform([0, 0], [600, 370]).tolist(), "width": rng.uniform(12, 110), "height": 18}
+            for _ in range(rng.integers(2, 16))
+        ]
+        for _ in range(1000)
+    ]
+    placed = in_page(f"return {json.dumps(configurations)}.map((labels) => placeLabels(labels, 600, 370));")
+    assert isinstance(placed, list)
+    shown = 0
+    for boxes in placed:
+        found = [box for box in boxes if box]
+        shown += len(found)
+        for i, a in enumerate(found):
+            assert min(a["x"], a["y"]) >= 0
+            assert a["x"] + a["width"] <= 600
+            assert a["y"] + 18 <= 370
+            for b in found[:i]:
+                apart = (
+                    a["x"] >= b["x"] + b["width"]
+                    or b["x"] >= a["x"] + a["width"]
+                    or a["y"] >= b["y"] + 18
+                    or b["y"] >= a["y"] + 18
+                )
+                assert apart
+    assert shown >= 0.99 * sum(map(len, configurations))
+
+
+def test_tree_finds_the_closest_hit_of_all_triangles() -> None:
+    page = in_page(
+        """const corners = scatter(300), tree = buildTree(corners);
+        const rays = Array.from({ length: 101 }, (_, i) => {
+          const angle = ((i - 50) / 50) * 0.45;
+          return { C: [-0.2, 0.5, 0], r: [Math.cos(angle), Math.sin(angle), 0], forward: [1, 0, 0] };
+        });
+        const found = rays.map((ray) => traverse(tree, corners, ray));
+        return { corners, rays, found: found.map(({ tested, hit }) => [tested.length, hit ? hit.index : -1]) };"""
+    )
+    assert isinstance(page, dict)
+    triangles = np.reshape(page["corners"], (-1, 3, 3))
+    directions = np.array([ray["r"] for ray in page["rays"]], float)
+    expected = reference.trace(triangles, np.array([-0.2, 0.5, 0]), directions).index
+    assert [hit for _, hit in page["found"]] == expected.tolist()
+    assert np.mean([tested for tested, _ in page["found"]]) < 40
+    assert (expected >= 0).any()
