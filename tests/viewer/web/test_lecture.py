@@ -72,7 +72,7 @@ def show(tab: Tab, name: str) -> str:
     """Scrolls to a figure and waits until it is drawn; returns its selector."""
     selector = f"[data-figure={json.dumps(name)}]"
     tab.evaluate(f"document.querySelector('{selector}').scrollIntoView({{ block: 'center' }})")
-    tab.wait(f"document.querySelector('{selector}').dataset.live")
+    tab.wait(f"document.querySelector('{selector}').dataset.live === 'true'")
     return selector
 
 
@@ -111,7 +111,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
 
 def test_every_figure_is_drawn_and_its_labels_are_apart(tab: Tab) -> None:
     names = figures(tab)
-    assert len(names) >= 15
+    assert len(names) >= 29
     for name in names:
         selector = show(tab, name)
         tab.wait(f"[...document.querySelectorAll('{selector} canvas')].every((canvas) => {COLORS} > 4)")

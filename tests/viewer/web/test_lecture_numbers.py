@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -157,3 +158,105 @@ def test_tree_finds_the_closest_hit_of_all_triangles() -> None:
     assert [hit for _, hit in page["found"]] == expected.tolist()
     assert np.mean([tested for tested, _ in page["found"]]) < 40
     assert (expected >= 0).any()
+
+
+def test_calibration_recovers_the_camera_without_noise() -> None:
+    page = in_page(
+        """const numbers = firstNumbers(), { P } = cameraOf(numbers), points = cornerPoints(cornersOf(numbers));
+        const pixels = points.map((point) => [pixelOf(P, point).u, pixelOf(P, point).v]);
+        return [P, calibrate(points, pixels)];"""
+    )
+    assert isinstance(page, list)
+    P, found = map(np.array, page)
+    np.testing.assert_allclose(found, P / P[11], rtol=1e-6, atol=1e-6)
+
+
+def test_calibration_with_noise_equals_least_squares() -> None:
+    rng = np.random.default_rng(11)
+    noise = rng.uniform(-3, 3, (14, 2)).tolist()
+    page = in_page(
+        f"""const numbers = firstNumbers(), {{ P }} = cameraOf(numbers), points = cornerPoints(cornersOf(numbers));
+        const noise = {json.dumps(noise)};
+        const pixels = points.map((point, i) => [pixelOf(P, point).u + noise[i][0], pixelOf(P, point).v + noise[i][1]]);
+        return [points, pixels, calibrate(points, pixels)];"""
+    )
+    assert isinstance(page, list)
+    rows, right = [], []
+    for (x, y, z), (u, v) in zip(*page[:2], strict=True):
+        rows += [[x, y, z, 1, 0, 0, 0, 0, -u * x, -u * y, -u * z]]
+        rows += [[0, 0, 0, 0, x, y, z, 1, -v * x, -v * y, -v * z]]
+        right += [u, v]
+    expected, *_ = np.linalg.lstsq(np.array(rows), np.array(right), rcond=None)
+    np.testing.assert_allclose(page[2][:11], expected, rtol=1e-5, atol=1e-7)
+
+
+def test_disparity_gives_the_depth_along_the_axis(states: list[dict[str, object]]) -> None:
+    page = in_page(
+        f"""return {json.dumps(states)}.map((state) => {{
+          const numbers = {{ ...state, fy: state.fx, skew: 0, triangles: [] }}, {{ P, R }} = cameraOf(numbers);
+          const depth = 1 + (state.cx / 319) * 8, {{ r, forward }} = rayOfPixel(P, ...state.pixel);
+          const point = plusTimes(numbers.C, depth / dot(r, forward), r);
+          const {{ u }} = pixelOf(cameraOf(secondNumbers(numbers, 0.6)).P, point);
+          return [depth, depthOfDisparity(numbers.fx, 0.6, state.pixel[0] - u)];
+        }});"""
+    )
+    depths = np.array(page)
+    np.testing.assert_allclose(depths[:, 1], depths[:, 0], rtol=1e-6)
+
+
+def test_exact_rule_leaks_nowhere_and_float32_does() -> None:
+    page = in_page(
+        "return Array.from({ length: 36 }, (_, i) => edgeLeaks(10 * i + 2, 200)).flat()"
+        ".map(({ single, exact }) => [single, exact]);"
+    )
+    single, exact = np.array(page).T
+    assert exact.all()
+    assert not single.all()
+
+
+def test_phong_reflects_at_most_what_arrives() -> None:
+    page = in_page(
+        """const found = [];
+        for (const shininess of [1, 20, 200]) for (const light of [0, 0.6]) {
+          found.push(phongParts(-light, light, 0.6, 0.4, shininess));
+        }
+        return found;"""
+    )
+    assert isinstance(page, list)
+    for i, parts in enumerate(page):
+        shininess, light = [1, 20, 200][i // 2], [0, 0.6][i % 2]
+        assert parts["diffuse"] == pytest.approx(0.6 / np.pi * np.cos(light))
+        assert parts["specular"] == pytest.approx(0.4 * (shininess + 2) / (2 * np.pi) * np.cos(light))
+
+
+def test_light_path_stays_outside_of_surfaces_and_loses_light() -> None:
+    page = in_page(
+        """const shared = new Shared();
+        return Array.from({ length: 200 }, (_, seed) => lightPath(shared, seed));"""
+    )
+    assert isinstance(page, list)
+    for path in page:
+        throughputs = np.array([hit["throughput"] for hit in path["hits"]])
+        assert (np.diff(throughputs, axis=0) <= 0).all()
+        assert all(hit["f"][2] >= -1e-9 for hit in path["hits"])
+    assert max(len(path["hits"]) for path in page) >= 3
+
+
+def test_irradiance_of_the_page_equals_the_core(tmp_path: Path) -> None:
+    page = in_page(
+        """const numbers = { ...firstNumbers(), pixel: [60, 200] }, shared = new Shared();
+        Object.assign(shared.numbers, numbers);
+        shared.compute();
+        const { winner } = shared.steps;
+        const found = irradianceOf(winner.f, facingNormal(winner, shared.ray.r), shared.numbers);
+        return [found, worldText(numbers, { lights: ["sun"] }), worldText(numbers, { lights: ["bulb"] })];"""
+    )
+    assert isinstance(page, list)
+    albedo = ((0xD9 / 255 + 0.055) / 1.055) ** 2.4
+    for name, text in (("sun", page[1]), ("bulb", page[2])):
+        (tmp_path / "world.toml").write_text(text, encoding="utf-8")
+        frame = raycam.render(
+            raycam.load(tmp_path / "world.toml"), integrator="direct", samples=64, region=(60, 200, 1, 1)
+        )
+        color = float(np.asarray(frame["color"]).reshape(-1, 3)[0, 0])
+        assert color == pytest.approx(page[0][name] * albedo / np.pi, rel=0.02), name

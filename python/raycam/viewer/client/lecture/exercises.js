@@ -205,6 +205,128 @@ export const EXERCISES = [
       return "How often can you halve 1024 until 1 is left?";
     },
   },
+  {
+    id: "bulb",
+    title: "A surface faces a bulb at a distance of 2 m. The angle θ is 60°. What is E?",
+    asked: ["E (W/m²)"],
+    given: () => ["I = 14 W/sr, d = 2, cos 60° = 0.5"],
+    answer: () => [1.75],
+    hint: ([value]) => {
+      if (areClose([value], [3.5])) return "The factor cos θ is missing.";
+      if (areClose([value], [3.5 * 2])) return "Divide by the square of the distance, and multiply by cos θ.";
+      if (areClose([value], [14 * 0.5 / 2])) return "Divide by the square of the distance, not by the distance.";
+      return "E = I cos θ / d².";
+    },
+  },
+  {
+    id: "cosine",
+    title: "How much of the light does a diffuse surface receive if the light arrives at 60° from the normal? Write the share",
+    asked: ["share"],
+    given: () => ["cos 60°"],
+    answer: () => [0.5],
+    hint: ([value]) => {
+      if (areClose([value], [Math.cos(60)])) return "Your calculator uses radians: 60° is 1.0472.";
+      if (areClose([value], [Math.sin(Math.PI / 3)])) return "This is sin 60°. The share is the cosine of the angle from the normal.";
+      return "The share is cos θ.";
+    },
+  },
+  {
+    id: "noise",
+    title: "A picture with 16 samples has the noise 0.08. How many samples reduce it to 0.02?",
+    asked: ["samples"],
+    given: () => ["noise ~ 1/√n"],
+    answer: () => [256],
+    hint: ([value]) => {
+      if (areClose([value], [64])) return "Four times the samples halve the noise. A quarter of the noise requires more.";
+      if (areClose([value], [4])) return "Fewer samples mean more noise.";
+      return "The noise must fall by a factor of 4, so n must grow by 4².";
+    },
+  },
+  {
+    id: "throughput",
+    title: "A path bounces from surfaces with the red reflectances 0.9, 0.5 and 0.2. What is its throughput in red?",
+    asked: ["throughput"],
+    given: () => ["0.9, 0.5, 0.2"],
+    answer: () => [0.09],
+    hint: ([value]) => {
+      if (areClose([value], [1.6])) return "This is the sum. Each surface multiplies the throughput.";
+      if (areClose([value], [1.6 / 3])) return "This is the mean. Each surface multiplies the throughput.";
+      return "Multiply the three reflectances.";
+    },
+  },
+  {
+    id: "estimator",
+    title: "One uniform direction of the hemisphere has cos θ = 0.7. Its density is p = 1/2π. What is its estimate of ∫ cos θ dω?",
+    asked: ["estimate"],
+    given: () => ["cos θ / p"],
+    answer: () => [1.4 * Math.PI],
+    hint: ([value]) => {
+      if (areClose([value], [0.7])) return "Divide by the density p.";
+      if (areClose([value], [0.7 / (2 * Math.PI)])) return "This is cos θ · p. Divide by p.";
+      if (areClose([value], [Math.PI])) return "This is the expected value, not the estimate of this direction.";
+      return "Divide cos θ by p: multiply by 2π.";
+    },
+  },
+  {
+    id: "distortion",
+    title: "k₁ = −0.3. At which distance does the image of a point at distance 0.5 from the axis appear?",
+    asked: ["distance"],
+    given: () => ["r (1 + k₁ r²)"],
+    answer: () => [0.4625],
+    hint: ([value]) => {
+      if (areClose([value], [0.5375])) return "The sign of k₁ is negative.";
+      if (areClose([value], [0.425])) return "Square the distance: k₁ r².";
+      return "Put r = 0.5 and k₁ = −0.3 into r (1 + k₁ r²).";
+    },
+  },
+  {
+    id: "frames",
+    title: "How many frames does a video of one minute have at 24 frames per second?",
+    asked: ["frames"],
+    given: () => ["60 s, 24 frames per second"],
+    answer: () => [1440],
+    hint: ([value]) => {
+      if (areClose([value], [2.5])) return "This is 60 / 24. Each second has 24 frames.";
+      return "Multiply the seconds by the frames per second.";
+    },
+  },
+  {
+    id: "depth",
+    title: "f = 300 pixels, b = 0.6, and the disparity is 45 pixels. What is the depth?",
+    asked: ["depth"],
+    given: () => ["d = f b / depth"],
+    answer: () => [4],
+    hint: ([value]) => {
+      if (areClose([value], [45 / 180])) return "The fraction is upside down.";
+      if (areClose([value], [500])) return "Multiply f by b, do not divide.";
+      return "Solve d = f b / depth for the depth.";
+    },
+  },
+  {
+    id: "points",
+    title: "How many equations do eight points give for the numbers of P?",
+    asked: ["equations"],
+    given: () => ["two equations for each point"],
+    answer: () => [16],
+    hint: ([value]) => {
+      if (areClose([value], [8])) return "Each point gives an equation for u and one for v.";
+      if (areClose([value], [24])) return "A pixel has two coordinates, u and v.";
+      return "Each point gives two equations.";
+    },
+  },
+  {
+    id: "rounding",
+    title: "float32 has 24 bits. How large is the gap between 1 and the next larger number, as a power of two? Write the exponent",
+    asked: ["exponent"],
+    given: () => ["1 = 1.000…0 with 23 binary digits after the point"],
+    answer: () => [-23],
+    hint: ([value]) => {
+      if (areClose([value], [23])) return "The gap is smaller than 1, so the exponent is negative.";
+      if (areClose([value], [-24])) return "The first of the 24 bits stands before the point.";
+      if (areClose([value], [-32])) return "Eight of the 32 bits hold the exponent and one holds the sign.";
+      return "The last of the 23 digits after the point has the value 2 to the power of the exponent.";
+    },
+  },
 ];
 
 /**

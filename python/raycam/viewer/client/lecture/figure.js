@@ -40,6 +40,7 @@ export class Figure {
     new IntersectionObserver(([entry]) => {
       this.isVisible = entry.isIntersecting;
       if (this.isVisible) this.update();
+      else host.dataset.live = "false";
     }, { rootMargin: "200px" }).observe(host);
     new ResizeObserver(() => this.isVisible && this.update()).observe(this.stage);
   }

@@ -49,7 +49,7 @@ export function serveLecture(scope) {
     if (works || !core) return;
     works = true;
     while (waiting.size) {
-      const [asked] = [...waiting.values()].sort((a, b) => a.done - b.done);
+      const [asked] = [...waiting.values()].sort((a, b) => a.done - b.done || b.id - a.id);
       waiting.delete(asked.key);
       try {
         draw(asked);
