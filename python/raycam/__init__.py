@@ -30,8 +30,10 @@ from .world.load import load
 from .world.texture import Texture
 
 if TYPE_CHECKING:
+    from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .photos import SurfaceVisibility, photo_truth, surface_visibility
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -39,6 +41,7 @@ __all__ = [
     "FORMATS",
     "Animation",
     "Background",
+    "BakedMaps",
     "Box3D",
     "Camera",
     "CameraError",
@@ -61,6 +64,7 @@ __all__ = [
     "SelfCheck",
     "Sensor",
     "SettingsError",
+    "SurfaceVisibility",
     "Texture",
     "Topology",
     "Video",
@@ -68,6 +72,7 @@ __all__ = [
     "World",
     "WorldError",
     "__version__",
+    "bake",
     "box3d",
     "disparity",
     "explain",
@@ -78,6 +83,7 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "photo_truth",
     "progressive",
     "render",
     "render_many",
@@ -85,6 +91,7 @@ __all__ = [
     "save_cameras",
     "selfcheck",
     "strict",
+    "surface_visibility",
     "view",
 ]
 
@@ -94,6 +101,11 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "BakedMaps": "baking",
+    "bake": "baking",
+    "photo_truth": "photos",
+    "SurfaceVisibility": "photos",
+    "surface_visibility": "photos",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",
@@ -101,7 +113,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "video")
+_MODULES = ("data", "dataset", "jobs", "photos", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 

@@ -7,38 +7,36 @@ from pathlib import Path
 
 from .options.command import Command
 
-DEFAULT_FILE = "raycam-lecture.html"
-
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "file",
-        metavar="FILE",
+        "folder",
+        metavar="DIR",
         nargs="?",
-        default=DEFAULT_FILE,
-        help=f"output page (default: {DEFAULT_FILE})",
+        default="raycam-lecture",
+        help="folder to write (default: raycam-lecture)",
     )
-    command.add_argument("--no-open", action="store_true", help="write the page without opening a browser")
+    command.add_argument("--no-open", action="store_true", help="write the files without opening the browser")
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
     import webbrowser
 
-    from ..viewer.web.live_page import lecture_page
+    from ..lecture.learn import write_lecture
 
-    path = Path(options.file)
-    path.write_text(lecture_page(), encoding="utf-8")
-    print(path)
+    written = write_lecture(Path(options.folder))
+    for path in written:
+        print(path)
     if not options.no_open:
-        webbrowser.open(path.resolve().as_uri())
+        webbrowser.open(written[0].resolve().as_uri())
 
 
 COMMAND = Command(
     _add,
-    "write the interactive lecture as one page, and open it",
+    "open the interactive lecture on cameras and ray tracing, with exercises and notebooks",
     [
         "raycam learn",
-        "raycam learn lecture.html --no-open",
+        "raycam learn course --no-open",
     ],
 )
