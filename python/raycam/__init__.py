@@ -31,6 +31,7 @@ from .world.load import load
 from .world.texture import Texture
 
 if TYPE_CHECKING:
+    from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
     from .photos import SurfaceVisibility, photo_truth, surface_visibility
@@ -41,6 +42,7 @@ __all__ = [
     "FORMATS",
     "Animation",
     "Background",
+    "BakedMaps",
     "Box3D",
     "Camera",
     "CameraError",
@@ -71,6 +73,7 @@ __all__ = [
     "World",
     "WorldError",
     "__version__",
+    "bake",
     "box3d",
     "disparity",
     "explain",
@@ -100,6 +103,8 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "BakedMaps": "baking",
+    "bake": "baking",
     "photo_truth": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
@@ -110,7 +115,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "photos", "video")
+_MODULES = ("codes", "data", "dataset", "jobs", "photos", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 
