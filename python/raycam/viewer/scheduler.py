@@ -121,8 +121,10 @@ class Scheduler(threading.Thread):
         size = images.pace.size(view.size)
         started = time.perf_counter()
         common: dict[str, Any] = {"ambient_occlusion": False, "threads": images.threads}
+        if view.channel == "color":
+            common |= view.look.behind
         frame = render(
-            view.world,
+            view.preview,
             view.camera.resized(size),
             integrator="direct" if view.channel in ("color", "error") else "flat",
             samples=2 if view.channel == "error" else 1,

@@ -24,13 +24,16 @@ from ..render.frame import Frame
 from ..world import World
 from .saved_frames import is_frame, load_frame
 from .scene.edits import Edits
+from .scene.look import Look
 from .server import Server
-from .session import DEFAULT_SAMPLES, Session
+from .session import DEFAULT_SAMPLES, Opened, Session, world_at
 from .stills import truth
 from .wire import data_url
 
 if TYPE_CHECKING:
     from types import TracebackType
+
+    import numpy.typing as npt
 
 __all__ = ["Viewer", "open_browser", "view"]
 
@@ -66,6 +69,10 @@ class Viewer:
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
+        view_from: str | npt.ArrayLike | None = None,
+        zoom: float | None = None,
+        fov: float | None = None,
+        **look: Any,
     ) -> None:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
         the cameras that the file does not have.
@@ -75,14 +82,28 @@ class Viewer:
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
         `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
+
+        `view_from`, `zoom` and `fov` place the first camera as in `World.view_from`. `look` contains the options of
+        `Look.choose`: `hdri`, `hdri_rotation`, `sun`, `studio`, `ground` and `background`.
         """
         if integrator is not None:
             one_of("integrator", integrator, list(DEFAULT_SAMPLES))
         if samples is not None:
             samples = whole("samples", samples, 1, 1 << 16)
         threads = thread_count(threads)
+        given = {"direction": view_from, "zoom": zoom, "fov": fov}
+        framing: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        if camera is not None and framing:
+            if fov is not None:
+                raise SettingsError("fov cannot be combined with a camera, which has its own field of view")
+            camera = world.view_from(**framing, camera=camera)
+            framing = {}
         self._edits = Edits(world, allowed=edit)
         self._camera = camera
+        opened = Opened(self._edits, camera=camera, framing=framing)
+        view = world_at(world, 0.0, "", "")
+        first = opened.home(view)[0]
+        self._look = Look.choose(view, first, is_framed=opened.fills_window, **look)
         self._options: dict[str, Any] = {
             "title": title,
             "integrator": integrator,
@@ -93,6 +114,8 @@ class Viewer:
             "added": frozenset(added),
             "allows_open": allow_open,
             "start": None if start is None else dict(start),
+            "framing": framing,
+            "look": self._look,
             "picked": self._pick,
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
@@ -238,11 +261,12 @@ class Viewer:
         quick: dict[str, Any] = {"integrator": "direct", "samples": 4, "ambient_occlusion": False}
         with collected():
             return render(
-                view.world,
+                view.lit,
                 view.camera.resized((width, height)),
                 channels="color",
                 threads=self._options["threads"],
                 **quick,
+                **view.look.behind,
             )
 
 
@@ -286,8 +310,10 @@ def view(
         options = {"title": Path(what).name, "source": what, **options}
     what = world_of(what)
     if size is not None:
-        camera = (what.default_camera() if camera is None else camera).resized(size_of(size))
         options["size"] = size_of(size)
+        if camera is None and what.cameras:
+            camera = what.default_camera()
+        camera = None if camera is None else camera.resized(options["size"])
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)

@@ -69,6 +69,24 @@ export interface Variant {
   name: string;
 }
 
+/** Views the whole world from a side, with the camera's lens. */
+export interface FromSide {
+  type: "side";
+  seq: number;
+  name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
+}
+
+/** Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own. */
+export interface Look {
+  type: "look";
+  light: "own" | "default" | "studio" | "sun" | "sky";
+  rotation: number;
+  azimuth: number;
+  elevation: number;
+  ground: "auto" | "none" | "plain" | "shadow";
+  background: string;
+}
+
 /** Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model. */
 export interface Lens {
   type: "lens";
@@ -240,6 +258,8 @@ export type ClientMessage =
   | LookThrough
   | Time
   | Variant
+  | FromSide
+  | Look
   | Lens
   | Pose
   | Overlay

@@ -56,14 +56,23 @@ class Images:
         """The refinement of this version; a new one if necessary."""
         if self._refinement is None:
             self._refinement = refinement(
-                view.world,
+                view.shown,
                 view.still_camera,
                 view.integrator,
                 self.samples_of(view),
                 self.threads,
-                SAMPLED if view.channel == "error" else COLORS,
+                self._channels(view),
+                {**view.render_options, **view.look.behind},
+                view.look.first_samples,
             )
         return self._refinement
+
+    @staticmethod
+    def _channels(view: View) -> tuple[str, ...]:
+        """The channels of a still image; coverage and alpha of a world with a look are not those of its floor."""
+        if view.channel == "error":
+            return SAMPLED
+        return COLORS if view.shown is view.world else ("color",)
 
     @property
     def progress(self) -> Refinement | None:

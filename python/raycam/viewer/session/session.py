@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -21,6 +21,7 @@ from ..client_messages import MAX_IMAGE_SIZE, Message
 from ..files.uploads import Uploads, file_types
 from ..probe import ground_below, locate
 from ..scene.edits import Edits
+from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
 from ..scene.selection import Selection
 from ..stills import SAMPLED, TRUTH
@@ -49,6 +50,8 @@ class Session:
         added: frozenset[str] = frozenset(),
         allows_open: bool = False,
         start: dict[str, Any] | None = None,
+        framing: Mapping[str, Any] | None = None,
+        look: Look | None = None,
         picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
     ) -> None:
         """Starts with `camera` (default: the world's default camera) and the values in `start`, see `View.start`.
@@ -61,14 +64,14 @@ class Session:
                 f"{MAX_IMAGE_SIZE[1]}; raycam.render creates larger images"
             )
         edits = world if isinstance(world, Edits) else Edits(world)
-        opened = Opened(edits, title, source, added, camera)
+        opened = Opened(edits, title, source, added, camera, framing or {}, size)
         self.connection = Connection()
         self.images = Images(samples, threads)
         self.uploads = Uploads()
         self.allows_open = allows_open
         self.lock = threading.Lock()
         """Held while the view and its version change together."""
-        self.view = View.start(opened, integrator=integrator, fixed_size=size, start=start)
+        self.view = View.start(opened, integrator=integrator, start=start, look=look)
         self.selection = Selection(edits)
         self.overlays = Overlays()
         self._picked = picked
@@ -134,6 +137,8 @@ class Session:
         """The camera as text, and the notices of the world and the still image."""
         still = self.images.still
         notices = [*self.view.world.notices, *(() if still is None else still.notices)]
+        added = self.view.look.notice()
+        notices += [] if added is None else [added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def send_camera(self) -> None:
@@ -151,7 +156,7 @@ class Session:
         """Shows what another session shows, in this client's own size."""
         with self._changes:
             mine = self.view
-            self.show(replace(other.view, space=mine.space, fixed_size=mine.fixed_size))
+            self.show(other.view.with_space(mine.space))
 
     def open_upload(self, name: str) -> None:
         """Opens an uploaded file for this client. Raises `SettingsError` and the errors of `raycam.load`."""
@@ -159,9 +164,9 @@ class Session:
         with collected():
             world = self.uploads.open(name)
         edits = Edits(world, allowed=self.view.opened.edits.allowed)
-        view = View.start(Opened(edits, name), fixed_size=self.view.fixed_size)
+        view = View.start(Opened(edits, name, fixed_size=self.view.opened.fixed_size))
         with self._changes:
-            self.show(replace(view, space=self.view.space))
+            self.show(view.with_space(self.view.space))
 
     def _require_open(self) -> None:
         if not self.allows_open:
@@ -179,7 +184,7 @@ class Session:
             max(1, round(message.width * message.ratio)),
             max(1, round(message.height * message.ratio)),
         )
-        self.show(replace(self.view, space=space))
+        self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
         self._last_move = message.seq
@@ -252,6 +257,22 @@ class Session:
     def _drag(self, message: messages.Gizmo) -> None:
         self.selection.drag(self.view.still_camera, message, self.connection.id)
 
+    def _set_look(self, message: messages.Look) -> None:
+        look = self.view.look.changed(
+            light=message.light,
+            rotation=float(message.rotation),
+            sun=(float(message.azimuth), float(message.elevation)),
+            ground=message.ground,
+            background=message.background or None,
+        )
+        self.show(replace(self.view, look=look))
+        self.connection.send({"type": "look", "look": look.describe(), **self.about()})
+
+    def _view_from(self, message: messages.FromSide) -> None:
+        self._last_move = message.seq
+        self.show(self.view.from_side(message.name))
+        self.send_camera()
+
     def _look_through(self, message: messages.LookThrough) -> None:
         self.show(self.view.through(message.name))
         self.send_camera()
@@ -269,6 +290,8 @@ class Session:
         messages.Locate: _locate,
         messages.Ground: _find_ground,
         messages.LookThrough: _look_through,
+        messages.Look: _set_look,
+        messages.FromSide: _view_from,
         messages.Channel: _choose_channel,
         messages.Display: _set_display,
         messages.Time: lambda self, message: self.show(self.view.at(message.t, message.animation)),
