@@ -61,6 +61,8 @@ GOOD: dict[str, dict[str, Any]] = {
     "snapshot": {"format": "png"},
     "copy": {"format": "toml"},
     "ack": {"picture": 3},
+    "control": {"id": 3, "value": 0.5},
+    "planes": {"wanted": True},
     "visible": {"visible": False},
 }
 WRONG: list[Any] = [
@@ -83,6 +85,8 @@ TAKEN = {
     ("ground", "foot"): (1.5,),
     **{(kind, "ratio"): (1.5,) for kind in ("hello", "size")},
     ("display", "exposure"): (1.5, -1),
+    ("planes", "wanted"): (True,),
+    ("control", "value"): (True, 1.5, -1, PATH),
     **{("look", field): (1.5, -1) for field in ("rotation", "azimuth", "elevation")},
     ("time", "t"): (1.5,),
     **dict.fromkeys([("time", "animation"), ("variant", "name")], (PATH,)),

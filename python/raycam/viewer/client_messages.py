@@ -253,7 +253,18 @@ class Edit(Message):
     key: Annotated[
         str,
         OneOf(
-            ("visible", "color", "roughness", "metallic", "emission", "move", "turn", "scale", "strength"),
+            (
+                "visible",
+                "color",
+                "roughness",
+                "metallic",
+                "emission",
+                "move",
+                "turn",
+                "scale",
+                "strength",
+                "isolate",
+            ),
         ),
     ]
     value: (
@@ -266,11 +277,11 @@ class Edit(Message):
 
 @dataclass(frozen=True)
 class Select(Message):
-    """Selects an object, and the tool whose handles it shows."""
+    """Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool."""
 
     KIND = "select"
     number: Annotated[int, Range(0, 10**6)]
-    tool: Annotated[str, OneOf(("none", *TOOLS))]
+    tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
 
 
 @dataclass(frozen=True)
@@ -416,6 +427,23 @@ class Acknowledge(Message):
 
     KIND = "ack"
     picture: Number
+
+
+@dataclass(frozen=True)
+class Control(Message):
+    """Reports a new value of a control that the script added; the value of a button is ignored."""
+
+    KIND = "control"
+    id: Number
+    value: bool | Annotated[float, Range(-1e12, 1e12)] | Annotated[str, Length(1000)]
+
+
+@dataclass(frozen=True)
+class Planes(Message):
+    """Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images."""
+
+    KIND = "planes"
+    wanted: bool
 
 
 @dataclass(frozen=True)

@@ -9,19 +9,21 @@ import tempfile
 import threading
 import time
 import traceback
+import weakref
 from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
-from ..camera import Camera
+from ..camera import Camera, check_camera
 from ..errors import SettingsError
 from ..notices import collected
 from ..render import render
 from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
+from .controls import Control, Controls, Folder
 from .saved_frames import is_frame, load_frame
 from .scene.edits import Edits
 from .scene.look import Look
@@ -98,6 +100,8 @@ class Viewer:
                 raise SettingsError("fov cannot be combined with a camera, which has its own field of view")
             camera = world.view_from(**framing, camera=camera)
             framing = {}
+        self.controls = Controls()
+        """The controls that the script added."""
         self._edits = Edits(world, allowed=edit)
         self._camera = camera
         opened = Opened(self._edits, camera=camera, framing=framing)
@@ -116,7 +120,8 @@ class Viewer:
             "start": None if start is None else dict(start),
             "framing": framing,
             "look": self._look,
-            "picked": self._pick,
+            "controls": self.controls,
+            "picked": _weakly(self._pick),
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
         self._telling = ThreadPoolExecutor(1, "raycam picks")
@@ -128,7 +133,8 @@ class Viewer:
         if cell:
             from .widget import make_widget
 
-            self._widget = make_widget(self._session, title, height)
+            self._widget = make_widget(_weakly(self._session), title, height)
+            weakref.finalize(self, self._widget.close)
         else:
             self._server = Server(
                 self._session, host=host, port=port, allow_hosts=allow_hosts, proxies=proxies, follow=follow
@@ -182,6 +188,64 @@ class Viewer:
         """The camera of the client that was used last, in its own size; the one given where there is none."""
         return (self._last() or self._first).view.camera
 
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        camera = check_camera(camera)
+        for session in self._sessions():
+            session.set_camera(camera)
+
+    def _sessions(self) -> list[Session]:
+        holder = self._widget.views if self._server is None else self._server
+        if self._server is not None:
+            self._server.scheduler.wake()
+        return [self._first, *holder.sessions.values()]
+
+    def screenshot(self, size: tuple[int, int] | None = None, **options: Any) -> Frame:
+        """Renders what the client that was used last shows, in `size` (width, height), default: its own size.
+
+        `options` are those of `raycam.render`. Works without clients too. Raises the errors of `raycam.render`.
+        """
+        view = (self._last() or self._first).view
+        camera = view.still_camera if size is None else view.camera.resized(size_of(size))
+        own = {"integrator": view.integrator, "exposure": view.exposure, "view": view.transform}
+        return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
+
+    def add_folder(self, name: str) -> Folder:
+        """Adds a group of controls to the panel `Script`; its methods are those of the viewer that add controls."""
+        return self.controls.add_folder(name)
+
+    def add_slider(self, label: str, **options: Any) -> Control:
+        """Adds a slider: `min` (0), `max` (1), `step` and `value`. Returns a `Control` with `value` and `on_change`."""
+        return self.controls.add_slider(label, **options)
+
+    def add_button(self, label: str) -> Control:
+        """Adds a button; `on_click` of the returned `Control` adds a callback."""
+        return self.controls.add_button(label)
+
+    def add_checkbox(self, label: str, value: bool = False) -> Control:
+        """Adds a checkbox."""
+        return self.controls.add_checkbox(label, value)
+
+    def add_text(self, label: str, value: str = "", *, editable: bool = True) -> Control:
+        """Adds a text, which viewers can edit if `editable`."""
+        return self.controls.add_text(label, value, editable=editable)
+
+    def add_image(self, label: str, image: npt.ArrayLike) -> Control:
+        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces it."""
+        return self.controls.add_image(label, image)
+
+    def add_plot(self, label: str, x: npt.ArrayLike, y: npt.ArrayLike) -> Control:
+        """Adds a line plot of `y` [n] over `x` [n]; `update(x=..., y=...)` replaces it."""
+        return self.controls.add_plot(label, x, y)
+
+    def add_label(self, text: str, position: npt.ArrayLike, **options: Any) -> Control:
+        """Adds a text at a point [3] of the world, in the `color` #rrggbb."""
+        return self.controls.add_label(text, position, **options)
+
+    def add_lines(self, points: npt.ArrayLike, **options: Any) -> Control:
+        """Adds a line through points [n, 3] of the world, in the `color` #rrggbb."""
+        return self.controls.add_lines(points, **options)
+
     def frame(self) -> Frame | None:
         """The newest still picture of the client that was used last: colour, alpha and coverage."""
         last = self._last()
@@ -204,11 +268,22 @@ class Viewer:
         self._listeners.append(function)
         return function
 
-    def _pick(self, session: Session, u: int, v: int) -> None:
+    def _pick(self, session: Session, what: Control | tuple[int, int]) -> None:
+        if isinstance(what, Control):
+            self._telling.submit(self._call, session, what)
+            return
+        u, v = what
         world, camera = session.view.world, session.view.still_camera
         is_inside = u < camera.size[0] and v < camera.size[1]
         if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
             self._telling.submit(self._tell, world, camera, u, v)
+
+    def _call(self, session: Session, control: Control) -> None:
+        try:
+            control.call()
+        except Exception as error:
+            traceback.print_exc()
+            session.complain(f"{control.label}: the callback failed: {type(error).__name__}: {error}")
 
     def _tell(self, world: World, camera: Camera, u: int, v: int) -> None:
         try:
@@ -248,6 +323,7 @@ class Viewer:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
         self._widget.still = data_url("image/jpeg", picture)
+        self._widget.views.owner = self
         shown = self._widget._repr_mimebundle_(**options)
         data, *more = shown if isinstance(shown, tuple) else (shown,)
         data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
@@ -268,6 +344,17 @@ class Viewer:
                 **quick,
                 **view.look.behind,
             )
+
+
+def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method that does not keep its object alive; it returns None when the object is gone."""
+    found = weakref.WeakMethod(method)
+
+    def call(*values: Any) -> Any:
+        bound = found()
+        return None if bound is None else bound(*values)
+
+    return call
 
 
 def view(

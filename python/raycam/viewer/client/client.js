@@ -20,6 +20,7 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 const DIVIDER_REACH = 10; // CSS pixels
 const MESSAGE_TIME = 6000; // ms that a notice stays
 const SAME_BREATH = 400; // ms within which what is said joins what was said
+const VALUES_ZOOM = 40; // CSS pixels per image pixel from which numbers are requested
 const PROBE_PAUSE = 20; // ms between two questions for values: a server answers 60 a second at most
 
 export class Client {
@@ -33,6 +34,10 @@ export class Client {
     this.channel = "";
     /** @type {Plane | null} */
     this.plane = null;
+    /** True if a server sends the numbers of colors; otherwise it sends compressed images. */
+    this.wantsPlanes = false;
+    /** True if the next plane becomes B. */
+    this.takesNext = false;
     /** @type {Plane | null} B of the frame that came with A */
     this.frameB = null;
     /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} a picture that was taken as B */
@@ -85,6 +90,7 @@ export class Client {
 
   /** @param {Message} welcome */
   welcome(welcome) {
+    this.wantsPlanes = false;
     document.body.classList.toggle("live", this.transport.live);
     byId("title", HTMLElement).textContent = welcome.title;
     document.title = welcome.title;
@@ -94,6 +100,7 @@ export class Client {
     fillSelect(byId("channel", HTMLSelectElement), this.channels.map((name) => [name, name]));
     if (welcome.resumed) this.controls.onDisplay(this.controls.display);
     else {
+      this.controls.firstExposure = welcome.exposure;
       this.controls.setExposure(welcome.exposure);
       this.controls.setView(welcome.view);
     }
@@ -143,7 +150,12 @@ export class Client {
       this.controls.show(plane);
       this.repaint();
       if (!moving) this.probe();
-    } else this.picture.show({ a: layerOf(image) });
+      if (this.takesNext && !moving) this.takeB();
+    } else {
+      this.controls.showLight();
+      this.picture.show({ a: layerOf(image), mode: this.mode === "difference" ? "off" : this.picture.layers.mode });
+      if (!moving) this.probe();
+    }
     this.describe();
   }
 
@@ -209,10 +221,19 @@ export class Client {
 
   takeB() {
     if (!this.picture.layers.a) return;
+    this.takesNext = !this.plane && this.transport.live;
+    if (this.takesNext) return this.wantPlanes();
     this.taken = { plane: this.plane, layer: this.picture.layers.a };
     this.frameB = null;
     this.say("This picture is B now.", "notice");
     this.repaint();
+  }
+
+  /** Requests the numbers of colors, which magnified pixels and comparisons show. */
+  wantPlanes() {
+    if (this.wantsPlanes || this.plane) return;
+    this.wantsPlanes = true;
+    this.transport.send({ type: "planes", wanted: true });
   }
 
   /** @param {number} share */
@@ -248,7 +269,7 @@ export class Client {
     this.held = pixel;
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
-    for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
+    for (const id of ["copy", "explain", "measure", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
     if (!pixel) this.forgetValues();
     this.probe();
   }
@@ -326,6 +347,7 @@ export class Client {
   }
 
   showZoom() {
+    if (this.transport.live && this.picture.zoom >= VALUES_ZOOM) this.wantPlanes();
     const percent = 100 * this.picture.zoom * this.picture.ratio;
     const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;

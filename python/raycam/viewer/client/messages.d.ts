@@ -119,15 +119,15 @@ export interface Edit {
   type: "edit";
   kind: "object" | "light";
   number: number;
-  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength";
+  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate";
   value: boolean | number | string | number[];
 }
 
-/** Selects an object, and the tool whose handles it shows. */
+/** Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool. */
 export interface Select {
   type: "select";
   number: number;
-  tool: "none" | "move" | "turn" | "scale";
+  tool: "none" | "outline" | "move" | "turn" | "scale";
 }
 
 /** A drag of a handle between two places of the image; a stroke's messages are one undo step. */
@@ -241,6 +241,19 @@ export interface Acknowledge {
   picture: number;
 }
 
+/** Reports a new value of a control that the script added; the value of a button is ignored. */
+export interface Control {
+  type: "control";
+  id: number;
+  value: boolean | number | string;
+}
+
+/** Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images. */
+export interface Planes {
+  type: "planes";
+  wanted: boolean;
+}
+
 /** Reports whether the page is visible; hidden pages receive no images. */
 export interface Visible {
   type: "visible";
@@ -282,4 +295,6 @@ export type ClientMessage =
   | Open
   | Copy
   | Acknowledge
+  | Control
+  | Planes
   | Visible;

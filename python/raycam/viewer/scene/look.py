@@ -126,8 +126,8 @@ class Look:
     def notice(self) -> str | None:
         """The sentence that explains a light that the file does not contain."""
         return {
-            "studio": "The studio lights the model and adds a floor, which is not part of its ground truth.",
-            "default": "The world has no lights: a white sky and a sun light it.",
+            "studio": "the model has no lights: it is shown in the studio, whose floor is not part of the ground truth",
+            "default": "the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
         }.get(self.light)
 
     @property

@@ -18,6 +18,7 @@ from ...notices import collected
 from ...world import World
 from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message
+from ..controls import Control, Controls
 from ..files.uploads import Uploads, file_types
 from ..probe import ground_below, locate
 from ..scene.edits import Edits
@@ -52,11 +53,12 @@ class Session:
         start: dict[str, Any] | None = None,
         framing: Mapping[str, Any] | None = None,
         look: Look | None = None,
-        picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
+        controls: Controls | None = None,
+        picked: Callable[[Session, Control | tuple[int, int]], None] = lambda session, what: None,
     ) -> None:
         """Starts with `camera` (default: the world's default camera) and the values in `start`, see `View.start`.
 
-        `picked` is called for each clicked pixel. Raises `SettingsError` for unknown values.
+        `picked` is called for each clicked pixel and each changed control. Raises `SettingsError` for unknown values.
         """
         if size is not None and (size[0] > MAX_IMAGE_SIZE[0] or size[1] > MAX_IMAGE_SIZE[1]):
             raise SettingsError(
@@ -75,6 +77,8 @@ class Session:
         self.selection = Selection(edits)
         self.overlays = Overlays()
         self._picked = picked
+        self.controls = Controls() if controls is None else controls
+        self.controls.listen(self)
         self._changes = threading.RLock()
         self._last_move = 0
         self._outline: tuple[Any, ...] = ()
@@ -115,6 +119,15 @@ class Session:
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
+        self.connection.send(self.controls.message())
+
+    def show_controls(self) -> None:
+        """Sends the script's controls, and the lines over the image."""
+        self.connection.send(self.controls.message())
+        self.redraw()
+
+    def _change_control(self, message: messages.Control) -> None:
+        self._picked(self, self.controls.set_from_client(message.id, message.value))
 
     def welcome(self) -> dict[str, Any]:
         """The message `welcome`, which starts a session or announces another world."""
@@ -225,7 +238,21 @@ class Session:
         self.show(replace(self.view, channel=message.name))
 
     def _set_display(self, message: messages.Display) -> None:
+        before = self.view.exposure, self.view.transform
         self.show(replace(self.view, exposure=float(message.exposure), transform=message.view))
+        if (
+            before != (message.exposure, message.view)
+            and self.view.channel == "color"
+            and not self.connection.wants_planes
+        ):
+            with self.lock:
+                self.images.show_moving_again()
+
+    def _send_planes(self, message: messages.Planes) -> None:
+        if message.wanted != self.connection.wants_planes:
+            self.connection.wants_planes = message.wanted
+            with self.lock:
+                self.images.show_again()
 
     def _set_overlay(self, message: messages.Overlay) -> None:
         count = len(self.view.base.cameras)
@@ -268,6 +295,12 @@ class Session:
         self.show(replace(self.view, look=look))
         self.connection.send({"type": "look", "look": look.describe(), **self.about()})
 
+    def set_camera(self, camera: Camera) -> None:
+        """Shows the view of a camera that the script chose, in the camera's own shape."""
+        with self._changes:
+            self.show(replace(self.view, camera=camera, camera_name="", shape="own"))
+            self.send_camera()
+
     def _view_from(self, message: messages.FromSide) -> None:
         self._last_move = message.seq
         self.show(self.view.from_side(message.name))
@@ -308,7 +341,9 @@ class Session:
         messages.Redo: lambda self, message: self.view.opened.edits.redo(),
         messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),
         messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
-        messages.Pick: lambda self, message: self._picked(self, message.u, message.v),
+        messages.Planes: _send_planes,
+        messages.Control: _change_control,
+        messages.Pick: lambda self, message: self._picked(self, (message.u, message.v)),
         messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
         messages.Stop: lambda self, message: self.connection.film_stop.set(),
     }
@@ -330,7 +365,8 @@ class Session:
 
     def overlay(self, view: View) -> list[dict[str, Any]]:
         """The lines over the still image of a view."""
-        return [*self.overlays.drawn(view), *self.selection.handles(view.world, view.still_camera)]
+        drawn = self.overlays.drawn(view, self.controls.lines())
+        return [*drawn, *self.selection.handles(view.world, view.still_camera)]
 
     # Answers ----------------------------------------------------------------------------------------------
 

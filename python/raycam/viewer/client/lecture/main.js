@@ -4,9 +4,9 @@
 import { figureOf } from "../core/figure.js";
 import { plusTimes, dot, minus, lengthOf } from "../core/vectors.js";
 import { pixelOf, rayOfPixel, stepsOf } from "../core/steps.js";
-import { byId, fillSelect } from "../dom.js";
+import { byId, fillSelect, svgElement } from "../dom.js";
 import { toneMap } from "../image/tone.js";
-import { showFigure, svgElement } from "../panel/figure.js";
+import { showFigure } from "../panel/figure.js";
 import { compiledCore, textOf } from "../transport/worker.js";
 import { Controls } from "./controls.js";
 import { Exercises, showMatrix, showSteps } from "./panels.js";
