@@ -111,7 +111,11 @@ def _show_frames(options: argparse.Namespace) -> None:
 
     frame = load_frame(options.world)
     _refuse_others(options)
-    more: dict[str, Any] = {} if options.compare is None else {"compare": load_frame(options.compare)}
+    more: dict[str, Any] = (
+        {}
+        if options.compare is None
+        else {"compare": load_frame(options.compare), "compare_title": Path(options.compare).name}
+    )
     shown = {name: getattr(options, name) for name in FRAME_OPTIONS}
     made = page(frame, title=Path(options.world).name, **shown, **more)
     print(write_page(made, browser=not options.no_browser))

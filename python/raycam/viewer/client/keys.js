@@ -45,7 +45,7 @@ export const KEYS = [
   { keys: ["Ctrl+C"], command: "copy", does: "copy the values of the held pixel" },
   { keys: ["Enter"], command: "explain", does: "explain the held pixel" },
   { keys: ["B"], command: "take-b", does: "keep this image as B" },
-  { keys: ["X"], command: "compare", does: "next comparison of A and B: wipe, blink, difference, off" },
+  { keys: ["X"], command: "compare", does: "next comparison of A and B: wipe, flip, blink, differences, off" },
   { keys: ["Space"], command: "flip", does: "show the other image" },
   { keys: ["C"], command: "camera-step 1", does: "next camera", live: true },
   { keys: ["Shift+C"], command: "camera-step -1", does: "previous camera", live: true },
