@@ -1,5 +1,5 @@
 # Daily work
-#   make check   formatting, ruff, mypy, cargo check: half a minute
+#   make check   formatting, ruff, mypy, cargo check, links in Rust documentation: half a minute
 #   make lint    formatting, clippy, ruff, mypy, stubs, types of JavaScript; warnings are errors
 #   make test    what CI runs: lints as errors, then every test in its short form
 #   make proof   what takes long: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
@@ -55,6 +55,7 @@ help:
 check: $(DONE)/lint
 	cargo fmt --check
 	cargo check --locked --workspace --all-targets
+	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --workspace --no-deps --document-private-items
 	.ci/web check
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "docs" / "notebooks").glob("*.ipynb"))
+ROOT = Path(__file__).resolve().parents[2]
+NOTEBOOKS = sorted((ROOT / "python" / "raycam" / "lecture" / "notebooks").glob("*.ipynb"))
 
 
 def cells(path: Path, kind: str) -> list[str]:
@@ -17,9 +18,9 @@ def cells(path: Path, kind: str) -> list[str]:
     return ["".join(cell["source"]) for cell in made["cells"] if cell["cell_type"] == kind]
 
 
-def test_there_are_five_without_outputs() -> None:
-    assert [path.name[0] for path in NOTEBOOKS] == list("12345")
-    page = (NOTEBOOKS[0].parent / "index.md").read_text(encoding="utf-8")
+def test_notebooks_are_listed_and_have_no_outputs() -> None:
+    assert [path.name[0] for path in NOTEBOOKS] == list("123445")
+    page = (ROOT / "docs" / "notebooks" / "index.md").read_text(encoding="utf-8")
     for path in NOTEBOOKS:
         made = json.loads(path.read_text(encoding="utf-8"))
         assert made["nbformat"] == 4
@@ -30,6 +31,22 @@ def test_there_are_five_without_outputs() -> None:
                 assert cell["outputs"] == []
                 assert cell["execution_count"] is None
                 ast.parse("".join(cell["source"]))
+
+
+def test_exercises_have_no_solutions_and_solutions_are_correct() -> None:
+    exercises, solutions = (cells(path, "code") for path in NOTEBOOKS if path.name[0] == "4")
+    checks = [source for source in exercises if "exercises.check_" in source]
+    assert len(checks) == 6
+    assert all("    ..." in source or "= ..." in source for source in checks)
+    names: dict[str, object] = {}
+    for source in solutions[:-1]:
+        tree = ast.parse(source)
+        last = tree.body.pop()
+        exec(compile(tree, "solutions", "exec"), names)
+        if "exercises.check_" in source:
+            assert isinstance(last, ast.Expr)
+            verdict = eval(compile(ast.Expression(last.value), "solutions", "eval"), names)
+            assert verdict.correct, verdict.text
 
 
 @pytest.mark.proof

@@ -27,14 +27,17 @@ from . import (
     completion,
     dataset,
     demo,
+    depth,
     doctor,
     explain,
     info,
+    learn,
     render,
     selfcheck,
     status,
     video,
     view,
+    visible,
 )
 from .options.command import option_names
 from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
@@ -46,6 +49,8 @@ COMMANDS = {
     "view": view.COMMAND,
     "video": video.COMMAND,
     "dataset": dataset.COMMAND,
+    "depth": depth.COMMAND,
+    "visible": visible.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,
@@ -55,6 +60,7 @@ COMMANDS = {
     "doctor": doctor.COMMAND,
     "bench": bench.COMMAND,
     "demo": demo.COMMAND,
+    "learn": learn.COMMAND,
     "completion": completion.COMMAND,
 }
 """The commands by name, in the order of the help."""

@@ -1,0 +1,318 @@
+"""Checks the exercises of the notebook "A ray tracer by hand", with hints for common mistakes.
+
+Each check takes the student's function, tries it on several cameras, triangles and pixels, compares the results with
+`raycam.reference`, and returns a `Verdict`. Wrong answers raise nothing: the verdict contains a hint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from .. import reference
+from ..camera import Camera
+from ..reference.units import Floats
+from ..world import World
+
+__all__ = [
+    "Verdict",
+    "check_center",
+    "check_closest",
+    "check_image",
+    "check_is_inside",
+    "check_plane_distance",
+    "check_ray",
+]
+
+Triangles = Floats
+TOLERANCE = 1e-6
+"""Relative tolerance of answers."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Result of a check: whether the answer is correct, and a text with a hint if it is not."""
+
+    correct: bool
+    text: str
+
+    def __repr__(self) -> str:
+        """The text that a notebook shows below a cell."""
+        return f"Correct. {self.text}".strip() if self.correct else f"Not correct yet. {self.text}"
+
+    def __bool__(self) -> bool:
+        """True for a correct answer."""
+        return self.correct
+
+
+def check_center(center: Callable[[Floats], Any]) -> Verdict:
+    """Checks `center(P)`, the camera's centre, [3]."""
+    for camera in _cameras():
+        P, expected = camera.P, np.asarray(camera.C)
+        given, problem = _numbers(partial(center, P), (3,))
+        if given is None:
+            if np.shape(_quiet(partial(center, P))) == (4,):
+                return Verdict(False, "The result has 4 numbers: divide the first three by the fourth.")
+            return Verdict(False, problem)
+        if _close(given, expected):
+            continue
+        M, p4 = P[:, :3], P[:, 3]
+        hints = [
+            (-expected, "The sign is wrong: P (C, 1) = 0 means M C = -p4."),
+            (np.linalg.solve(M.T, -p4), "M is transposed: solve M C = -p4, not Mᵀ C = -p4."),
+            (
+                camera.R @ expected,
+                "This is R C. The centre itself is in world coordinates: C = -Rᵀ t, not -t.",
+            ),
+            (-camera.R @ expected, "This is the translation t = -R C, not the centre: C = -Rᵀ t."),
+            (
+                -M.T @ p4,
+                "The transpose of M is not its inverse, because M = K R contains K. Use np.linalg.solve.",
+            ),
+        ]
+        return Verdict(False, _hint(given, hints, _difference("C", given, expected)))
+    return Verdict(True, "P maps C to zero.")
+
+
+def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
+    """Checks `ray(P, u, v)`, a vector of any length from the camera's centre through the pixel (u, v), forward."""
+    for camera in _cameras():
+        for u, v in ((0, 0), (24, 18), (40.25, 7.5)):
+            P = camera.P
+            given, problem = _numbers(partial(ray, P, u, v), (3,))
+            if given is None:
+                return Verdict(False, problem)
+            expected = _direction(P, u, v)
+            given = _unit(given)
+            if _close(given, expected):
+                continue
+            point = np.linalg.pinv(P) @ [u, v, 1]
+            K_direction = np.linalg.solve(camera.K, [u, v, 1])
+            hints = [
+                (
+                    -expected,
+                    "The ray points backwards. Compare it with the forward direction, the third row of R.",
+                ),
+                (_unit(point[:3] / point[3]), "Subtract the centre: the ray is X' - C, not X'."),
+                (
+                    _unit(point[:3] - np.asarray(camera.C)),
+                    "X' is homogeneous: divide it by its fourth coordinate.",
+                ),
+                (
+                    _unit(camera.R @ K_direction),
+                    "R is transposed: a camera direction d is Rᵀ d in the world.",
+                ),
+                (_direction(P, u + 0.5, v + 0.5), HALF_PIXEL),
+                (_direction(P, u - 0.5, v - 0.5), HALF_PIXEL),
+                (_direction(P, v, u), "u and v are swapped: u is the column, v the row, x = (u, v, 1)."),
+            ]
+            return Verdict(
+                False, _hint(given, hints, f"Pixel ({u}, {v}): {_difference('r', given, expected)}")
+            )
+    return Verdict(True, "The ray leads to its pixel, for cameras of both signs of P.")
+
+
+def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:
+    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the triangle's plane, NaN if r is parallel."""
+    rng = np.random.default_rng(1)
+    for _ in range(8):
+        triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
+        given, problem = _numbers(partial(plane_distance, triangle, C, r), ())
+        if given is None:
+            return Verdict(False, problem)
+        expected = _plane_distance(triangle, C, r)
+        if _close(given, expected):
+            continue
+        hints = [
+            (np.asarray(-expected), "The sign is wrong: the numerator is n·(a - C), not n·(C - a)."),
+            (np.asarray(1 / expected), "Numerator and denominator are swapped."),
+            (expected * np.linalg.norm(r), "t counts in lengths of r: do not normalise r."),
+            (np.asarray(_plane_distance(triangle, -C, r)), "The sign of C is wrong: the ray starts at +C."),
+        ]
+        return Verdict(False, _hint(given, hints, _difference("t", given, np.asarray(expected))))
+    flat = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    parallel = _quiet(lambda: plane_distance(flat, np.zeros(3), np.array([1.0, 0, 0])))
+    if parallel is None or np.isfinite(parallel):
+        return Verdict(False, "A ray parallel to the plane meets nothing: return NaN if n·r is zero.")
+    return Verdict(True, "The point C + t r lies in the plane.")
+
+
+def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
+    """Checks `is_inside(triangle, point)`: whether a point in the triangle's plane is inside the triangle."""
+    rng = np.random.default_rng(2)
+    wrong: list[tuple[bool, bool, bool]] = []  # (expected, counterclockwise order, within the bounding box)
+    for number in range(60):
+        triangle = rng.normal(size=(3, 3))
+        weights = rng.dirichlet(np.ones(3)) if number % 3 == 0 else rng.uniform(-0.8, 1.2, 3)
+        weights[2] = 1 - weights[0] - weights[1]
+        if abs(weights).min() < 0.02:
+            continue
+        point, expected = weights @ triangle, bool((weights > 0).all())
+        in_box = bool(((point > triangle.min(axis=0)) & (point < triangle.max(axis=0))).all())
+        for order in (triangle, triangle[::-1].copy()):
+            try:
+                given = is_inside(order, point)
+            except Exception as error:
+                return Verdict(False, _exception(error))
+            if given is None or given is Ellipsis:
+                return Verdict(False, "The function returns nothing yet.")
+            if bool(given) != expected:
+                wrong.append((expected, order is triangle, in_box))
+    if not wrong:
+        return Verdict(True, "Both orders of the corners are decided correctly.")
+    if len(wrong) > 100:
+        return Verdict(False, "The answer is inverted: an odd number of crossings means inside.")
+    if all(expected for expected, _, _ in wrong) and len({order for _, order, _ in wrong}) == 1:
+        return Verdict(
+            False, "Only one order of the corners works: accept all signs positive, and all negative."
+        )
+    if all(not expected and in_box for expected, _, in_box in wrong):
+        return Verdict(False, "Points in the triangle's bounding box are accepted. Test against each edge.")
+    if all(not expected for expected, _, _ in wrong):
+        return Verdict(False, "Points outside are accepted: every one of the three edges must be tested.")
+    return Verdict(
+        False, f"{len(wrong)} points are decided wrongly. Draw one triangle and one point by hand."
+    )
+
+
+def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdict:
+    """Checks `closest(triangles, C, r)`: the number of the first triangle that the ray meets, -1 if it meets none."""
+    near, far, behind = ([[-3.0, -2, z], [3, -2, z], [0, 4, z]] for z in (2.0, 4.0, -1.0))
+    C, forward, aside = np.zeros(3), np.array([0.0, 0, 1]), np.array([5.0, 0, 1])
+    cases = [
+        ([far, near], forward, 1, "The nearest triangle wins: keep the smallest t."),
+        ([near, far], forward, 0, "The nearest triangle wins: keep the smallest t, not the last one."),
+        ([behind, far], forward, 1, "A triangle behind the camera is found: discard negative t."),
+        ([near, far], aside, -1, "The ray passes beside the triangles: test whether the point is inside."),
+        ([behind], forward, -1, "Return -1 if the ray meets nothing in front of the camera."),
+    ]
+    for triangles, r, expected, hint in cases:
+        try:
+            given = closest(np.array(triangles), C, r)
+        except Exception as error:
+            return Verdict(False, _exception(error))
+        if given is None or given is Ellipsis:
+            return Verdict(False, "The function returns nothing yet.")
+        if given != expected:
+            if isinstance(given, float) or np.ndim(given):
+                return Verdict(False, "Return the number of the triangle (an int), not t or a point.")
+            return Verdict(False, hint)
+    return Verdict(True, "The smallest positive t wins.")
+
+
+def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
+    """Checks the triangle numbers of an image, [height, width], -1 for pixels that show nothing."""
+    width, height = camera.size
+    given = np.asarray(numbers)
+    if given.dtype == object or given.ndim != 2:
+        return Verdict(False, f"Expected an array [{height}, {width}] of triangle numbers.")
+    if given.shape == (width, height) != (height, width):
+        return Verdict(False, "The image is transposed: rows come first, numbers[v, u].")
+    if given.shape != (height, width):
+        return Verdict(False, f"Expected shape [{height}, {width}], got {list(given.shape)}.")
+    triangles = world.triangles()
+
+    def share(shift: float) -> float:
+        return float((given == _triangle_numbers(triangles, camera, shift)).mean())
+
+    if share(0) > 0.999:
+        return Verdict(True, "Your ray tracer and raycam see the same triangles.")
+    if max(share(0.5), share(-0.5)) > max(0.99, share(0)):
+        return Verdict(False, HALF_PIXEL)
+    expected = _triangle_numbers(triangles, camera, 0)
+    if (given == expected[::-1]).mean() > 0.99 or (given == expected[:, ::-1]).mean() > 0.99:
+        return Verdict(False, "The image is mirrored: row 0 is at the top, column 0 on the left.")
+    return Verdict(
+        False, f"{share(0):.1%} of the pixels are correct. Look at one wrong pixel with raycam.explain."
+    )
+
+
+HALF_PIXEL = (
+    "The ray is half a pixel off: integer coordinates are pixel centres, so do not add or subtract 0.5."
+)
+
+
+def _cameras() -> list[Camera]:
+    camera = Camera.look_at([1.5, -4, 1.6], [0.4, 0, 0], size=(48, 36), fov=30)
+    turned = Camera.from_pose(size=(48, 36), fov=50, location=[-3, 2, 5], yaw=130, pitch=-25, roll=40)
+    return [camera, turned, Camera.from_matrix(-2 * turned.P, size=(48, 36))]
+
+
+def _direction(P: Floats, u: float, v: float) -> Floats:
+    C = reference.camera_center(P)
+    lines = reference.lines(reference.points_on_lines(P, np.array([[u, v]], dtype=np.float64)), C)
+    return _unit(reference.pointed_forward(lines, reference.third_row_of_r(P))[0])
+
+
+def _plane_distance(triangle: Floats, C: Floats, r: Floats) -> float:
+    triangles = triangle[None]
+    return float(reference.plane_distances(reference.normals(triangles), triangles[:, 0], C, r[None])[0, 0])
+
+
+def _triangle_numbers(triangles: Triangles, camera: Camera, shift: float) -> Any:
+    """The numbers of the first triangles at all pixels, by barycentric weights, [height, width]."""
+    width, height = camera.size
+    P, numbers = camera.P, np.full((height, width), -1)
+    C = reference.camera_center(P)
+    a, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
+    for v in range(height):
+        for u in range(width):
+            r = _direction(P, u + shift, v + shift)
+            with np.errstate(all="ignore"):
+                matrix = np.concatenate([edges, np.broadcast_to(-r, (len(a), 1, 3))], axis=1)
+                weights = np.einsum("nij,nj->ni", np.linalg.pinv(matrix.transpose(0, 2, 1)), C - a)
+            hit = (weights[:, :2] >= 0).all(axis=1) & (weights[:, :2].sum(axis=1) <= 1) & (weights[:, 2] > 0)
+            if hit.any():
+                numbers[v, u] = np.argmin(np.where(hit, weights[:, 2], np.inf))
+    return numbers
+
+
+def _unit(vector: Any) -> Floats:
+    vector = np.asarray(vector, dtype=np.float64)
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _close(a: Any, b: Any) -> bool:
+    return bool(np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE))
+
+
+def _hint(given: Floats, hints: list[tuple[Any, str]], otherwise: str) -> str:
+    return next((text for wrong, text in hints if _close(given, wrong)), otherwise)
+
+
+def _difference(name: str, given: Floats, expected: Any) -> str:
+    with np.printoptions(precision=4, suppress=True):
+        return f"Expected {name} = {expected}, got {given}."
+
+
+def _quiet(function: Callable[[], Any]) -> Any:
+    try:
+        with np.errstate(all="ignore"):
+            return function()
+    except Exception:
+        return None
+
+
+def _exception(error: Exception) -> str:
+    return f"The function raised {type(error).__name__}: {error}."
+
+
+def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
+    """The function's result as an array, and None with a text if it has another shape or none."""
+    try:
+        given = function()
+    except Exception as error:
+        return None, _exception(error)
+    if given is None or given is Ellipsis:
+        return None, "The function returns nothing yet."
+    try:
+        array = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None, f"Expected numbers, got {given!r}."
+    if array.shape != shape:
+        return None, f"Expected {list(shape) or 'one number'}, got an array of shape {list(array.shape)}."
+    return array, ""
