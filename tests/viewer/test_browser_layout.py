@@ -66,6 +66,7 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     tab.wait("document.querySelector('#tree-list li.off')")
     click(tab, "#undo")
     until(lambda: all(each.visible for each in session.view.base.objects))
+    tab.wait("!document.querySelector('#tree-list li.off')")
     click(tab, "#tree-list li:nth-child(1) .row-only")
     until(lambda: [each.visible for each in session.view.base.objects] == [True, False])
     tab.evaluate(
@@ -74,6 +75,7 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     )
     assert tab.evaluate("document.querySelectorAll('#tree-list li').length") == 1
     assert tab.said == []
+    assert tab.evaluate("document.getElementById('message').hidden")
 
 
 def test_presets_axes_and_palette_change_the_view(tab: Tab, viewer: Viewer) -> None:

@@ -348,9 +348,9 @@ export class Client {
   }
 
   showZoom() {
-    if (this.transport.live && this.picture.zoom >= VALUES_ZOOM) this.wantPlanes();
     const percent = 100 * this.picture.zoom * this.picture.ratio;
     const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
+    if (this.transport.live && hasPicture && this.picture.zoom >= VALUES_ZOOM) this.wantPlanes();
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
