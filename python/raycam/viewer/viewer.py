@@ -79,7 +79,7 @@ class Viewer:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
         the cameras that the file does not have.
 
-        `size` is the space of its pictures, at most 1920 x 1080; otherwise they have that of a client's window.
+        `size` is the space of its pictures, at most 2560 x 1600; otherwise they have that of a client's window.
 
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
@@ -93,21 +93,11 @@ class Viewer:
         if samples is not None:
             samples = whole("samples", samples, 1, 1 << 16)
         threads = thread_count(threads)
-        given = {"direction": view_from, "zoom": zoom, "fov": fov}
-        framing: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-        if camera is not None and framing:
-            if fov is not None:
-                raise SettingsError("fov cannot be combined with a camera, which has its own field of view")
-            camera = world.view_from(**framing, camera=camera)
-            framing = {}
+        camera, framing = _framed(world, camera, {"direction": view_from, "zoom": zoom, "fov": fov})
         self.controls = Controls()
         """The controls that the script added."""
         self._edits = Edits(world, allowed=edit)
         self._camera = camera
-        opened = Opened(self._edits, camera=camera, framing=framing)
-        view = world_at(world, 0.0, "", "")
-        first = opened.home(view)[0]
-        self._look = Look.choose(view, first, is_framed=opened.fills_window, **look)
         self._options: dict[str, Any] = {
             "title": title,
             "integrator": integrator,
@@ -119,7 +109,7 @@ class Viewer:
             "allows_open": allow_open,
             "start": None if start is None else dict(start),
             "framing": framing,
-            "look": self._look,
+            "look": _chosen_look(Opened(self._edits, camera=camera, framing=framing), look),
             "controls": self.controls,
             "picked": _weakly(self._pick),
         }
@@ -346,6 +336,24 @@ class Viewer:
             )
 
 
+def _framed(
+    world: World, camera: Camera | None, framing: Mapping[str, Any]
+) -> tuple[Camera | None, dict[str, Any]]:
+    """The first camera, or None and the arguments of `World.view_from` for a camera with the window's shape."""
+    given = {name: value for name, value in framing.items() if value is not None}
+    if camera is None or not given:
+        return camera, given
+    if "fov" in given:
+        raise SettingsError("fov cannot be combined with a camera, which has its own field of view")
+    return world.view_from(**given, camera=camera), {}
+
+
+def _chosen_look(opened: Opened, options: Mapping[str, Any]) -> Look:
+    """The look of a view when it starts."""
+    world = world_at(opened.edits.world, 0.0, "", "")
+    return Look.choose(world, opened.home(world)[0], is_framed=opened.fills_window, **options)
+
+
 def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
     """A method that does not keep its object alive; it returns None when the object is gone."""
     found = weakref.WeakMethod(method)
@@ -381,6 +389,10 @@ def view(
 
     In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
     `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
+
+    A model without lights and cameras is shown in the studio, as `raycam.render` shows it. `hdri` (with
+    `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` choose another look, and
+    `view_from`, `zoom` and `fov` another first camera: they are the options of `raycam render`.
 
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
