@@ -81,8 +81,12 @@ class Control:
             low, high = self._properties.get("min", 0), self._properties.get("max", math.inf)
             if low <= value <= high:
                 return value
-            raise SettingsError(f"{self.label}: {value!r} is out of range; expected {low:g} to {high:g}")
-        raise SettingsError(f"{self.label}: a {self.kind} does not have the value {value!r}")
+            raise SettingsError(
+                f"{self.label}: {value!r} is out of range; expected {low:g} to {high:g}", code="out_of_range"
+            )
+        raise SettingsError(
+            f"{self.label}: a {self.kind} does not have the value {value!r}", code="invalid_value"
+        )
 
     def on_change(self, function: Callback) -> Callback:
         """Calls `function(control)` after each change in the browser; returns it, so that it works as a decorator.
@@ -151,7 +155,7 @@ class Folder:
         """Adds a slider from `min` to `max`, which starts at `value` (default: `min`)."""
         low, high = real("min", min, what="a number"), real("max", max, what="a number")
         if not low < high:
-            raise SettingsError(f"{label}: min {low:g} must be less than max {high:g}")
+            raise SettingsError(f"{label}: min {low:g} must be less than max {high:g}", code="out_of_range")
         pace = (high - low) / 100 if step is None else real("step", step, 0, what="a number")
         return self._add("slider", label, min=low, max=high, step=pace, value=low if value is None else value)
 
@@ -206,7 +210,10 @@ class Controls(Folder):
         """Adds a control. Raises `SettingsError` for invalid properties, and for too many controls."""
         with self._lock:
             if len(self._all) >= MAX_CONTROLS:
-                raise SettingsError(f"too many controls: the limit is {MAX_CONTROLS}; remove some first")
+                raise SettingsError(
+                    f"too many controls: the limit is {MAX_CONTROLS}; remove some first",
+                    code="budget_exceeded",
+                )
             self._count += 1
             made = Control(self, self._count, kind, str(label), folder, **properties)
             if "value" in properties:
@@ -239,9 +246,9 @@ class Controls(Folder):
         """Sets the value of a control that a client changed. Raises `SettingsError`."""
         control = self._all.get(number)
         if control is None or "value" not in control.describe():
-            raise SettingsError("this control does not exist any more")
+            raise SettingsError("this control does not exist any more", code="unknown_name")
         if control.describe().get("editable") is False:
-            raise SettingsError(f"{control.label}: this text cannot be edited")
+            raise SettingsError(f"{control.label}: this text cannot be edited", code="conflicting_values")
         control.value = float(control.value) + 1 if control.kind == "button" else value
         return control
 
@@ -251,12 +258,17 @@ class Controls(Folder):
         if kind == "image" and set(properties) == {"image"}:
             image = np.asarray(properties["image"])
             if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or not image.size:
-                raise SettingsError(f"image: expected bytes [h, w, 3], got {image.dtype} {list(image.shape)}")
+                raise SettingsError(
+                    f"image: expected bytes [h, w, 3], got {image.dtype} {list(image.shape)}",
+                    code="wrong_shape",
+                )
             return {"image": data_url("image/jpeg", encode_jpeg(image))}
         if kind == "plot" and set(properties) == {"x", "y"}:
             x, y = (np.asarray(properties[name], float).ravel() for name in ("x", "y"))
             if len(x) != len(y) or not 2 <= len(x) <= MAX_POINTS or not np.isfinite([x, y]).all():
-                raise SettingsError(f"plot: expected x and y with 2 to {MAX_POINTS} finite numbers each")
+                raise SettingsError(
+                    f"plot: expected x and y with 2 to {MAX_POINTS} finite numbers each", code="wrong_shape"
+                )
             return {"x": x.tolist(), "y": y.tolist()}
         if kind == "label" and {"text", "position"} <= set(properties):
             point = floats("position", properties["position"], (3,), error=SettingsError)
@@ -273,11 +285,11 @@ class Controls(Folder):
                     f"points: expected [n, 3] with n from 2 to {MAX_POINTS}, got {list(points.shape)}"
                 )
             return {"points": points, "color": _color(properties.get("color", CONTROL_COLOR))}
-        raise SettingsError(f"a {kind} has no properties {', '.join(properties)}")
+        raise SettingsError(f"a {kind} has no properties {', '.join(properties)}", code="unknown_name")
 
 
 def _color(text: str) -> str:
     """A colour #rrggbb. Raises `SettingsError`."""
     if not isinstance(text, str) or not COLOR.fullmatch(text):
-        raise SettingsError(f"color: expected #rrggbb, got {text!r}")
+        raise SettingsError(f"color: expected #rrggbb, got {text!r}", code="invalid_value")
     return text

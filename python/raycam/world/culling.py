@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import WorldError
+from .building import WorldBuilding
 from .chosen import object_number
 from .object_mesh import object_mesh
-
-if TYPE_CHECKING:
-    from .world import World
 
 __all__ = ["cull_faces"]
 
 
-def cull_faces(world: World, which: int | str, keep: npt.ArrayLike) -> World:
+Building = TypeVar("Building", bound=WorldBuilding)
+
+
+def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Building:
     """See `World.cull_faces`."""
     number = object_number(world._core, which)
     mask = np.asarray(keep)
@@ -25,11 +26,13 @@ def cull_faces(world: World, which: int | str, keep: npt.ArrayLike) -> World:
     if mask.dtype != np.bool_ or mask.shape != (mesh.faces,):
         raise WorldError(
             f"keep must be bool [{mesh.faces}], one for each face of object {which!r}, not {mask.dtype} "
-            f"{list(mask.shape)}"
+            f"{list(mask.shape)}",
+            code="wrong_shape",
         )
     if not mask.any():
         raise WorldError(
-            f"keep is False for all faces of object {which!r}; use world.remove_object to remove it"
+            f"keep is False for all faces of object {which!r}; use world.remove_object to remove it",
+            code="nothing_visible",
         )
     if mesh.slots.any():
         raise WorldError(

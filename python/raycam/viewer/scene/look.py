@@ -74,10 +74,15 @@ class Look:
         for name in given:
             one_of("option", name, LOOK_OPTIONS)
         if "hdri_rotation" in given and "hdri" not in given:
-            raise SettingsError("hdri_rotation requires hdri, the file of an environment image")
+            raise SettingsError(
+                "hdri_rotation requires hdri, the file of an environment image", code="conflicting_values"
+            )
         lights = [name for name in ("studio", "sun", "hdri") if name in given]
         if len(lights) > 1:
-            raise SettingsError(f"{' and '.join(lights)} cannot be combined in a view; give one of them")
+            raise SettingsError(
+                f"{' and '.join(lights)} cannot be combined in a view; give one of them",
+                code="conflicting_values",
+            )
         light: Any = {"hdri": "sky"}.get(lights[0], lights[0]) if lights else "own"
         if not lights and world.bounds is not None and is_unlit(world, camera, {}):
             light = "studio" if is_framed else "default"
@@ -208,7 +213,9 @@ def _sun(value: Any) -> tuple[float, float]:
     """Azimuth and elevation in degrees. Raises `SettingsError`."""
     angles = np.asarray(value, float).ravel() if not isinstance(value, bool) else DEFAULT_SUN
     if len(angles) != 2 or not all(map(math.isfinite, angles)):
-        raise SettingsError(f"sun: expected azimuth and elevation in degrees, got {value!r}")
+        raise SettingsError(
+            f"sun: expected azimuth and elevation in degrees, got {value!r}", code="invalid_value"
+        )
     return float(angles[0]), float(angles[1])
 
 

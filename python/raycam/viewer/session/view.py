@@ -125,7 +125,7 @@ class View:
         time = real("time", given.get("time", 0.0), 0.0, what="seconds")
         if time > seconds:
             lasts = f"its motion lasts {seconds:g} s" if seconds else "nothing in it moves"
-            raise SettingsError(f"time {time:g} s is too late for this world: {lasts}")
+            raise SettingsError(f"time {time:g} s is too late for this world: {lasts}", code="out_of_range")
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
         exposure = given.get("exposure", settings.get("exposure", 0.0))
@@ -315,7 +315,7 @@ class View:
         Raises `CameraError` if the lens cannot show the whole world.
         """
         if self.world.bounds is None:
-            raise WorldError("the world has no objects to view from a side")
+            raise WorldError("the world has no objects to view from a side", code="nothing_visible")
         size = self.camera.size
         if self.shape != "own":
             fov = math.degrees(2 * math.atan(size[1] / (2 * float(self.camera.K[1, 1]))))
