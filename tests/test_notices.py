@@ -211,3 +211,7 @@ def test_core_errors_have_codes(tmp_path: Path) -> None:
         raycam.World.from_dict({"object": [{"mesh": "gone.obj"}]}, folder=tmp_path)
     with raises(raycam.WorldError, code="unknown_key", mentions=["colr"]):
         raycam.World.from_dict({"object": [{"box": {}, "colr": "red"}]})
+    with raises(raycam.WorldError, code="unknown_name", mentions=["box"]):
+        world = raycam.World()
+        world.add_object(box={}, name="box")
+        world.remove_object("bxo")
