@@ -218,7 +218,9 @@ class _Reader:
         if mimic is None:
             return None
         if kind == "fixed":
-            self._notices.append(f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored")
+            self._notices.append(
+                f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored"
+            )
             return None
         if kind not in ("revolute", "continuous", "prismatic"):
             raise self._error(mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>")
