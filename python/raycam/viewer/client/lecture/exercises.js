@@ -327,6 +327,42 @@ export const EXERCISES = [
       return "The last of the 23 digits after the point has the value 2 to the power of the exponent.";
     },
   },
+  {
+    id: "walk",
+    title: "The vertex c of the green triangle is moved by 0.5 along x and by −0.2 along z. Where is it now?",
+    asked: triple("c"),
+    given: ({ numbers }) => [`c = ${vectorText(numbers.triangles[0].corners[2])}`],
+    answer: ({ numbers }) => numbers.triangles[0].corners[2].map((value, i) => value + [0.5, 0, -0.2][i]),
+    hint: (values, { numbers }) => {
+      const c = numbers.triangles[0].corners[2];
+      if (areClose(values, c.map((value, i) => value + [0.5, -0.2, 0][i]))) return "The second number is y. The walk of −0.2 is along z, the third number.";
+      if (areClose(values, c.map((value, i) => value + [0.5, 0, 0.2][i]))) return "The walk along z is negative: downward.";
+      return "Add 0.5 to the first number, and −0.2 to the third.";
+    },
+  },
+  {
+    id: "blocker",
+    title: "The second ray is f(t) + s (bulb − f(t)). It meets triangles at s = −0.4, s = 0.6 and s = 1.3. Which s puts the point in the shadow?",
+    asked: ["s"],
+    given: () => ["the bulb is at s = 1"],
+    answer: () => [0.6],
+    hint: ([value]) => {
+      if (areClose([value], [-0.4])) return "A negative s lies behind the point, away from the bulb.";
+      if (areClose([value], [1.3])) return "This triangle is farther away than the bulb, so it blocks nothing.";
+      return "A blocker lies between the point (s = 0) and the bulb (s = 1).";
+    },
+  },
+  {
+    id: "snell",
+    title: "Light enters glass with the index 1.5 at sin θ = 0.6. What is the sine of the angle inside? (Snell: sin θ = 1.5 sin θ′)",
+    asked: ["sin θ′"],
+    given: () => ["sin θ = 0.6, index 1.5"],
+    answer: () => [0.4],
+    hint: ([value]) => {
+      if (areClose([value], [0.9])) return "Inside, the light is closer to the normal: divide by 1.5.";
+      return "Divide sin θ by the index.";
+    },
+  },
 ];
 
 /**
