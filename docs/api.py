@@ -31,7 +31,7 @@ SECTIONS: dict[str, list[str]] = {
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
         *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),
-        "compat.open3d.t.geometry.RaycastingScene",
+        "compat.open3d.t.geometry.RaycastingScene", "compat.mujoco.Renderer",
     ],
     "Errors and notices": ["errors", "strict"],
 }  # fmt: skip

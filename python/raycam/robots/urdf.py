@@ -217,6 +217,11 @@ class _Reader:
         mimic = element.find("mimic")
         if mimic is None:
             return None
+        if kind == "fixed":
+            self._notices.append(
+                f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored"
+            )
+            return None
         if kind not in ("revolute", "continuous", "prismatic"):
             raise self._error(mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>")
         multiplier = self._numbers(mimic, "multiplier", 1, default=(1.0,))[0]
