@@ -21,6 +21,7 @@ __all__ = [
     "calibration_formats",
     "channels",
     "check_stand_in",
+    "codes",
     "complete_render_options",
     "encode_exr",
     "encode_hdr",

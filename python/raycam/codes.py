@@ -42,8 +42,12 @@ _OWN_NOTICES = {
         "Check the positions and directions of the lights, and the colours of the materials.",
     ),
     "overexposed": Code(
-        "Almost all pixels are brighter than white.",
+        "Almost all of the objects' pixels are brighter than white.",
         "Lower the exposure or the strength of the lights.",
+    ),
+    "no_shading": Code(
+        "All of the objects' pixels are displayed in one or two colours, although their brightness differs.",
+        "Use the exposure that the notice recommends.",
     ),
     "fireflies": Code(
         "Some pixels are far brighter than their neighbours because of a single light path.",

@@ -178,7 +178,7 @@ impl<'a> ShutterSlices<'a> {
     fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
         let clock = WorldTime { time: self.clock.time + since_middle, ..self.clock };
         let world = self.world.at_time(clock);
-        world.map_err(|error| RenderError::world(error))
+        world.map_err(RenderError::world)
     }
 
     fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
