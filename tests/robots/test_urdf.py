@@ -135,4 +135,4 @@ def test_mimic_of_a_floating_joint_raises() -> None:
 def test_mimic_of_a_fixed_joint_is_ignored_with_a_notice() -> None:
     robot = read_urdf(urdf(LINKS + joint(kind="fixed", more='<mimic joint="k"/>')), "r.urdf")
     assert robot.joints["j"].mimic is None
-    assert "r.urdf:4" in robot.notices[0]
+    assert "r.urdf:4" in str(robot.notices[0])

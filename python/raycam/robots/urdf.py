@@ -219,7 +219,10 @@ class _Reader:
             return None
         if kind == "fixed":
             self._notices.append(
-                f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored"
+                Notice(
+                    f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored",
+                    "ignored_key",
+                )
             )
             return None
         if kind not in ("revolute", "continuous", "prismatic"):
