@@ -218,12 +218,8 @@ class _Reader:
         if mimic is None:
             return None
         if kind == "fixed":
-            self._notices.append(
-                Notice(
-                    f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored",
-                    "ignored_key",
-                )
-            )
+            text = f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored"
+            self._notices.append(Notice(text, "ignored_key"))
             return None
         if kind not in ("revolute", "continuous", "prismatic"):
             raise self._error(mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>")
