@@ -16,17 +16,22 @@ from pathlib import Path
 from typing import Any
 
 SECTIONS: dict[str, list[str]] = {
-    "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "data"],
+    "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "robots.Robot", "data"],
     "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
+    "Photographs": [
+        *("photo_truth", "surface_visibility", "SurfaceVisibility"),
+        *("bake", "BakedMaps"),
+        *("photos.coverage_world", "photos.coverage_picture"),
+    ],
     "Videos": ["video.write_video", "video.VideoPlan"],
     "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
-        *("from_trimesh", "from_open3d", "compat.pyrender", "compat.trimesh", "compat.open3d"),
-        "compat.open3d.t.geometry.RaycastingScene",
+        *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),
+        "compat.open3d.t.geometry.RaycastingScene", "compat.mujoco.Renderer",
     ],
     "Errors and notices": ["errors", "strict"],
 }  # fmt: skip

@@ -16,6 +16,7 @@ from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
 from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
+from .interop.mujoco import from_mujoco
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
@@ -30,8 +31,10 @@ from .world.load import load
 from .world.texture import Texture
 
 if TYPE_CHECKING:
+    from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .photos import SurfaceVisibility, photo_truth, surface_visibility
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -39,6 +42,7 @@ __all__ = [
     "FORMATS",
     "Animation",
     "Background",
+    "BakedMaps",
     "Box3D",
     "Camera",
     "CameraError",
@@ -61,6 +65,7 @@ __all__ = [
     "SelfCheck",
     "Sensor",
     "SettingsError",
+    "SurfaceVisibility",
     "Texture",
     "Topology",
     "Video",
@@ -68,16 +73,19 @@ __all__ = [
     "World",
     "WorldError",
     "__version__",
+    "bake",
     "box3d",
     "disparity",
     "explain",
     "flow",
+    "from_mujoco",
     "from_open3d",
     "from_trimesh",
     "keypoints",
     "label",
     "load",
     "load_cameras",
+    "photo_truth",
     "progressive",
     "render",
     "render_many",
@@ -85,6 +93,7 @@ __all__ = [
     "save_cameras",
     "selfcheck",
     "strict",
+    "surface_visibility",
     "view",
 ]
 
@@ -94,6 +103,11 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "BakedMaps": "baking",
+    "bake": "baking",
+    "photo_truth": "photos",
+    "SurfaceVisibility": "photos",
+    "surface_visibility": "photos",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",
@@ -101,7 +115,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "video")
+_MODULES = ("codes", "data", "dataset", "jobs", "photos", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 

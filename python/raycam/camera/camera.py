@@ -17,6 +17,8 @@ from ._copies import Copies
 from ._geometry import refuse_other_types
 
 if TYPE_CHECKING:
+    from ..robots.mounted import MountedCamera
+    from ..robots.robot import Robot
     from ..world import World
 
 __all__ = ["Camera", "check_camera"]
@@ -81,7 +83,9 @@ class Camera(Constructors, Copies):
         k = matrix("K", K)
         if skew is not None:
             if k[0, 1] != 0.0:
-                raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
+                raise CameraError(
+                    f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}", code="conflicting_values"
+                )
             k[0, 1] = skew
         r = matrix("R", R)
         made = make("", k.tolist(), r.tolist(), vector("C", C), size, pixel_center)
@@ -99,21 +103,42 @@ class Camera(Constructors, Copies):
 
         return dict(render(world, self, frame=frame, threads=threads, **options))
 
+    def mounted(
+        self,
+        robot: Robot,
+        link: str,
+        R: npt.ArrayLike | None = None,
+        C: npt.ArrayLike | None = None,
+    ) -> MountedCamera:
+        """Returns the camera mounted on a robot's link; its pose follows the robot's joints.
+
+        `R` [3, 3] is the rotation camera_from_link and `C` [3] the camera's centre in the link's frame, as a hand-eye
+        calibration returns them (default: `R` and `C` of this camera). Raises `WorldError` with the nearest name for an
+        unknown link, and `CameraError` if R is not a rotation.
+        """
+        from ..robots.mounted import MountedCamera
+
+        on_link = self.at_pose(self.R if R is None else R, self.location if C is None else C)
+        return MountedCamera(Camera._of(on_link._core, on_link._up), robot, link)
+
     def _require_pinhole(self, what: str) -> None:
         """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
         if self._lens is not None:
             raise CameraError(
                 f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
-                f"{self._lens[1]}): give it the camera without distortion"
+                f"{self._lens[1]}): give it the camera without distortion",
+                code="unsupported_camera",
             )
         if self.is_parallel:
             raise CameraError(
                 f"{what} starts its rays at the camera centre C, and this camera has parallel rays: its centre lies "
-                "at infinity"
+                "at infinity",
+                code="unsupported_camera",
             )
         if self.shutter is not None:
             raise CameraError(
-                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()"
+                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()",
+                code="unsupported_camera",
             )
 
     def _repr_html_(self) -> str:

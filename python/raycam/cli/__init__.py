@@ -22,11 +22,13 @@ from typing import Any, NoReturn
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
 from . import (
+    bake,
     bench,
     cameras,
     completion,
     dataset,
     demo,
+    depth,
     doctor,
     explain,
     info,
@@ -36,6 +38,7 @@ from . import (
     status,
     video,
     view,
+    visible,
 )
 from .options.command import option_names
 from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
@@ -47,6 +50,9 @@ COMMANDS = {
     "view": view.COMMAND,
     "video": video.COMMAND,
     "dataset": dataset.COMMAND,
+    "depth": depth.COMMAND,
+    "visible": visible.COMMAND,
+    "bake": bake.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,

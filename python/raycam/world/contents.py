@@ -13,11 +13,12 @@ from .. import _core
 from .._core import World as CoreWorld
 from ..arguments import Floats, one_of, real, thread_count, whole
 from ..camera import Camera, check_camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..read_only import ReadOnlyDict, ReadOnlyList, read_only_array
 from ..rig import Rig
+from ..robots import Robot
 from .parts import Animation, Object, Video
 
 __all__ = ["WorldContents"]
@@ -26,18 +27,20 @@ __all__ = ["WorldContents"]
 class WorldContents:
     """Base of `World` with what a world contains."""
 
-    __slots__ = ("_bare", "_core", "_folder", "_stage_variants")
+    __slots__ = ("_bare", "_core", "_folder", "_robots", "_stage_variants")
 
     _core: CoreWorld
     _folder: str | None
     _bare: Self | None
     _stage_variants: tuple[str, ...]
+    _robots: dict[str, Robot]
 
     @classmethod
     def _of(cls, core: CoreWorld, stage_variants: Sequence[str] = ()) -> Self:
         world = cls.__new__(cls)
         world._core, world._folder, world._bare = core, None, None
         world._stage_variants = tuple(stage_variants)
+        world._robots = {}
         return world
 
     # Contents ---------------------------------------------------------------------------------------------
@@ -100,6 +103,13 @@ class WorldContents:
         return ReadOnlyDict(found, "rigs are read-only; world.add_rig adds a rig")
 
     @property
+    def robots(self) -> dict[str, Robot]:
+        """The robots by name, in a dict that is read-only; `set_joints` moves them."""
+        return ReadOnlyDict(
+            self._robots, "robots are read-only; world.add_robot adds a robot, world.set_joints moves it"
+        )
+
+    @property
     def counts(self) -> dict[str, int]:
         """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
 
@@ -127,7 +137,7 @@ class WorldContents:
         return self._core.texture_memory
 
     @property
-    def notices(self) -> list[str]:
+    def notices(self) -> list[Notice]:
         """Notices from reading and building: parts that were skipped, repaired or assumed.
 
         Each is also warned as a `raycam.Notice` when it arises.
@@ -147,6 +157,7 @@ class WorldContents:
         warn_all(notice for notice in core.notices if notice not in known)
         world = self._of(core)
         world._folder = self._folder
+        world._robots = {name: robot._copy() for name, robot in self._robots.items()}
         return world
 
     @property
@@ -161,7 +172,8 @@ class WorldContents:
         """The camera of this name; raises `WorldError` with the nearest known name."""
         if not isinstance(name, str):
             raise WorldError(
-                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}",
+                code="wrong_type",
             )
         return Camera._of(self._core.camera(name), self.up)
 
@@ -220,7 +232,8 @@ class WorldContents:
         """
         if self._stage_variants:
             raise WorldError(
-                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})",
+                code="conflicting_values",
             )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,18 +11,20 @@ import numpy.typing as npt
 
 from .. import _core
 from ..camera import Camera
-from ..errors import FormatError
+from ..errors import FormatError, Notice
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.html_form import html_table
 from ..io.other_names import no_attribute
 from ..notices import warn_all
+from ..robots import Robot
 from .building import WorldBuilding
+from .culling import cull_faces
 from .description import plain
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
+from .robot_tables import add_robot_tables, has_robots, split_robots
 from .studio import add_ground, add_studio
-from .usd_files import explain_usd
 
 __all__ = ["World"]
 
@@ -58,6 +60,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         self._core = _core.World(up, self._folder or "", limit)
         self._bare: World | None = None
         self._stage_variants = ()
+        self._robots = {}
 
     @classmethod
     def from_dict(
@@ -67,23 +70,40 @@ class World(WorldBuilding, RayQueries, PointQueries):
         folder: str | os.PathLike[str] = ".",
         texture_memory: int | str | None = None,
     ) -> World:
-        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
+        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `robot`, `light`, `video`, ...
 
         Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
+        return cls._described(description, folder, texture_memory)
+
+    @classmethod
+    def _described(
+        cls,
+        description: Mapping[str, Any],
+        folder: str | os.PathLike[str],
+        texture_memory: int | str | None,
+        robot_lines: Sequence[int] = (),
+    ) -> World:
+        """`from_dict`; `robot_lines` are the lines of the tables `[[robot]]`, for messages."""
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with explain_usd():
-            world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        robots: list[dict[str, Any]] = []
+        video: dict[str, Any] = {}
+        if has_robots(description):
+            description, robots, video = split_robots(description)
+        world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
+        add_robot_tables(world, robots, folder, robot_lines)
+        if video:
+            world.set_video(video)
         return world
 
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
 
         Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
-        and the bytes have their paths. Raises `WorldError` if the textures, which
-        the bytes include, exceed `texture_memory`.
+        and the bytes have their paths. Robots become plain objects at their current joints;
+        `pickle` keeps robots. Raises `WorldError` if the textures, which the bytes include, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
 
@@ -91,14 +111,16 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         if not isinstance(data, bytes | bytearray | memoryview):
-            raise FormatError(f"data must be the bytes of World.to_bytes, not {type(data).__name__}")
+            raise FormatError(
+                f"data must be the bytes of World.to_bytes, not {type(data).__name__}", code="wrong_type"
+            )
         return cls._of(
             _core.world_from_bytes(
                 bytes(data), memory_limits.parse_size("texture_memory", texture_memory), ""
             )
         )
 
-    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[Notice]:
         """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
         Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
@@ -112,7 +134,17 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """Pickles the world as `to_bytes` does; raises its errors."""
-        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory)
+        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory, self._robots)
+
+    def cull_faces(self, which: str | int, keep: npt.ArrayLike) -> World:
+        """Returns a copy in which an object, by name or number, has only the faces where `keep` is True.
+
+        `keep` is bool [n], one for each triangle of the object, as `surface_visibility` returns:
+        `world.cull_faces(0, seen.views > 0)`. Texture coordinates, shading normals, vertex colours and the material
+        stay. Raises `WorldError` for another shape, for an object without any face left, and for one with several
+        materials.
+        """
+        return cull_faces(self, which, keep)
 
     def add_ground(
         self,
@@ -177,7 +209,9 @@ class World(WorldBuilding, RayQueries, PointQueries):
         )
 
 
-def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) -> World:
+def _from_pickle(
+    data: bytes, folder: str | None, texture_memory: int | None, robots: dict[str, Robot]
+) -> World:
     world = World._of(_core.world_from_bytes(data, texture_memory, folder or ""))
-    world._folder = folder
+    world._folder, world._robots = folder, robots
     return world

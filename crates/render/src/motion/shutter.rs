@@ -148,7 +148,7 @@ impl<'a> ShutterSlices<'a> {
                 if taken.fetch_add(deforming, Ordering::Relaxed) + deforming <= ROW_WORLDS_MAX_BYTES {
                     return Ok(then);
                 }
-                Err(RenderError::World(format!(
+                Err(RenderError::world(format!(
                     "flow to a rolling shutter of {count} lines in a moving world needs too much memory: its {} objects, and \
                      their deforming meshes, take about {} MiB per line, the limit for all lines is 2 GiB; use a second \
                      camera with fewer lines or without a readout, or a world that does not move",
@@ -203,5 +203,5 @@ pub(crate) fn prepare_after(
 /// The world `seconds` after `clock`.
 fn world_after(world: &World, clock: WorldTime, seconds: f64) -> Result<World, RenderError> {
     let clock = WorldTime { time: clock.time + seconds, ..clock };
-    world.at_time(clock).map_err(|error| RenderError::World(error.to_string()))
+    world.at_time(clock).map_err(RenderError::world)
 }

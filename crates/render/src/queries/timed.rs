@@ -97,10 +97,10 @@ pub fn occluded_at(
 fn check_times(rays: &RayArrays, times: &[f64]) -> Result<(), RenderError> {
     let (n, count) = (rays.origins.len(), times.len());
     if count != n {
-        return Err(RenderError::Settings(format!("{count} times for {n} rays; expected one time per ray")));
+        return Err(RenderError::settings(format!("{count} times for {n} rays; expected one time per ray")));
     }
     match times.iter().position(|time| !time.is_finite()) {
-        Some(at) => Err(RenderError::Settings(format!("times[{at}] is {}; expected seconds", times[at]))),
+        Some(at) => Err(RenderError::settings(format!("times[{at}] is {}; expected seconds", times[at]))),
         None => Ok(()),
     }
 }
