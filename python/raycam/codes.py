@@ -81,6 +81,10 @@ _OWN_NOTICES = {
         "Times are before the beginning or after the end of the world's motion.",
         "Use times within the duration of its video or animations.",
     ),
+    "unused_times": Code(
+        "Rays have times, and the world has animations, but it is not at a time; the times have no effect.",
+        "Cast the rays in world.at(time).",
+    ),
     "outside_limits": Code(
         "Joint values of a robot are beyond the limits of its file.",
         "Correct the values, or clamp them with clamp_joints=True.",

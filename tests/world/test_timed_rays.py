@@ -65,7 +65,7 @@ def test_timed_rays_have_the_hits_of_the_world_at_their_times(limits: Any) -> No
         np.testing.assert_array_equal(
             hidden[rays], moment.occluded(origins[rays], directions[rays], t_max=t_max[rays], **limits)
         )
-    assert 500 < np.count_nonzero(timed["instance"] > 0) or limits.get("objects")
+    assert np.count_nonzero(timed["instance"] > 0) > 500 or limits.get("objects")
     assert len(np.unique(times)) > 40
 
 

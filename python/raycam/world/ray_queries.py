@@ -250,7 +250,7 @@ class RayQueries:
             text = (
                 "times have no effect: the world has animations, but it is not at a time; use world.at(time)"
             )
-            warn(Notice(text, "outside_times"))
+            warn(Notice(text, "unused_times"))
         array = limits("times", times, shape)
         if len(array) == 1:
             array = np.full(math.prod(shape), array[0])
