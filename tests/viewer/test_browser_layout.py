@@ -111,6 +111,8 @@ def test_look_controls_change_the_light_and_reset_restores_it(tab: Tab, viewer: 
 
 def test_distance_between_two_pixels_is_measured(tab: Tab, viewer: Viewer) -> None:
     session = session_of(viewer, tab)
+    box = "(({width, height}) => [width, height])(document.getElementById('picture').getBoundingClientRect())"
+    until(lambda: list(session.view.size) == [round(side) for side in tab.evaluate(box)])
     size = session.view.size
     tab.wait(f"document.getElementById('status-picture').textContent === '{size[0]} x {size[1]}'")
     truth = raycam.render(session.view.world, session.view.still_camera, channels=["position", "instance"])
