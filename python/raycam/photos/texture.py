@@ -179,18 +179,18 @@ def robust_mean(
     Outliers differ from the weighted median of luminance by more than max(3 MAD, 6 %).
     """
     order = np.argsort(-weights, axis=1, kind="stable")
-    weights = np.take_along_axis(weights, order, axis=1).astype(np.float64)
+    heavy = np.take_along_axis(weights.astype(np.float64), order, axis=1)
     colors = np.take_along_axis(colors, order[..., None], axis=1)
     light = (colors * LUMINANCE).sum(axis=2).astype(np.float64)
-    median = weighted_median(light, weights)[:, None]
+    median = weighted_median(light, heavy)[:, None]
     off = np.abs(light - median)
-    mad = weighted_median(off, weights)[:, None]
-    kept = weights * (off <= np.maximum(3 * mad, TOLERANCE * median))
+    mad = weighted_median(off, heavy)[:, None]
+    kept = heavy * (off <= np.maximum(3 * mad, TOLERANCE * median))
     total = np.maximum(kept.sum(axis=1), 1e-300)
     mean = (kept[..., None] * colors).sum(axis=1) / total[:, None]
-    every = np.maximum(weights.sum(axis=1), 1e-300)
-    middle = (weights * light).sum(axis=1) / every
-    variance = (weights * (light - middle[:, None]) ** 2).sum(axis=1) / every
+    every = np.maximum(heavy.sum(axis=1), 1e-300)
+    middle = (heavy * light).sum(axis=1) / every
+    variance = (heavy * (light - middle[:, None]) ** 2).sum(axis=1) / every
     spread = np.sqrt(variance) / np.maximum(middle, 1e-6)
     return mean.astype(np.float32), spread.astype(np.float32)
 
