@@ -138,7 +138,7 @@ def test_a_scaled_photograph_is_resampled_and_another_shape_refused(tmp_path: Pa
     large = smooth((256, 192))
     Image.fromarray(large).save(tmp_path / "large.png")
     frame = raycam.render(world(), lens().with_background(tmp_path / "large.png"), samples=1)
-    assert any("resampled" in notice for notice in frame.notices)
+    assert any(notice.code == "resampled_background" for notice in frame.notices)
     clear = raycam.render(world(), lens(), samples=1, transparent_background=True)["alpha"] == 0
     means = large.reshape(48, 4, 64, 4, 3).mean(axis=(1, 3))
     assert np.abs(frame.to_srgb8() - means)[clear].max() <= 1.01
@@ -157,8 +157,8 @@ def test_what_is_beside_the_photograph_is_counted() -> None:
     narrow = camera.pinhole().cropped(10, 8, 40, 30)
     background = raycam.Background(noise((40, 30)), camera=narrow)
     frame = raycam.render(world(), camera, background=background, samples=1)
-    said = next(notice for notice in frame.notices if "beside the photograph" in notice)
-    count = int(said.split(": ")[1].split(" ")[0])
+    said = next(notice for notice in frame.notices if notice.code == "uncovered_background")
+    count = int(str(said).split(": ")[1].split(" ")[0])
     table = camera.pixel_map(narrow)
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)
@@ -239,3 +239,47 @@ def test_the_command_line_has_them(photo: Path, tmp_path: Path, monkeypatch: pyt
     assert main([*words, "--background-camera", "by.toml"]) == 0
     assert not np.array_equal(np.asarray(Image.open("a.png"))[0, :8], noise()[0, :8])
     assert main(["render", "w.toml", "-o", "a.png", "--background-camera", "by.toml"]) != 0
+
+
+class _Tensor:
+    """An array that is not NumPy's, as those of PyTorch and JAX: with `__array__` alone."""
+
+    def __init__(self, array: np.ndarray[Any, Any]) -> None:
+        self._array = array
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        return self._array if dtype is None else self._array.astype(dtype)
+
+
+class _DlpackTensor:
+    """A tensor with DLPack alone."""
+
+    def __init__(self, array: np.ndarray[Any, Any]) -> None:
+        self._array = array
+
+    def __dlpack__(self, **options: Any) -> Any:
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return self._array.__dlpack_device__()
+
+
+@pytest.mark.parametrize("kind", [_Tensor, _DlpackTensor])
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+def test_tensors_are_backgrounds_like_arrays(kind: type, dtype: type) -> None:
+    pixels = noise() if dtype is np.uint8 else (noise() / 255).astype(np.float32)
+    frame = raycam.render(world(), lens(), samples=2, transparent_background=True)
+    for wrap in (lambda x: x, raycam.Background):
+        expected = frame.over(wrap(pixels))["color"]
+        assert np.array_equal(frame.over(wrap(kind(pixels)))["color"], expected)
+        assert np.array_equal(
+            raycam.render(world(), lens(), samples=2, background=wrap(kind(pixels)))["color"], expected
+        )
+
+
+def test_uint16_backgrounds_are_srgb_and_other_integers_are_refused() -> None:
+    frame = raycam.render(world(), lens(), samples=2, transparent_background=True)
+    expected = frame.over(noise())["color"]
+    assert np.allclose(frame.over(noise().astype(np.uint16) * 257)["color"], expected, atol=1e-5)
+    with pytest.raises(raycam.SettingsError, match="int64"):
+        frame.over(noise().astype(np.int64))

@@ -21,7 +21,7 @@ def lit_world(**keys: Any) -> raycam.World:
 
 
 def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) -> str:
-    return "\n".join(raycam.render(world, camera, samples=4, **options).notices)
+    return "\n".join(map(str, raycam.render(world, camera, samples=4, **options).notices))
 
 
 @pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])
@@ -79,12 +79,46 @@ def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
     world.add_light("sky", radiance=0.5 * 2.0**power)
     camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
     notice = said(world, camera)
-    assert notice.startswith("100 %")
-    stops = float(notice.split("exposure=")[1].split()[0])
+    assert str(notice).startswith("100 %")
+    stops = float(str(notice).split("exposure=")[1].split()[0])
     shown = raycam.render(world, camera, samples=4, exposure=stops)
     assert not shown.notices
     assert 60 < np.median(shown.to_srgb8()) < 250
-    assert said(world, camera, view="agx") == ""
+    displayed = raycam.render(world, camera, samples=4).to_srgb8(view="agx")
+    assert (said(world, camera, view="agx") != "") == (displayed.min() >= 254)
+
+
+def shaded_world(radiance: float) -> raycam.World:
+    """A sphere that covers a small part of a view, with a dark background, lit from the side."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 0.5})
+    world.add_light("sun", direction=[-1, 1, -1], irradiance=radiance)
+    world.add_light("sky", radiance=0.05 * radiance)
+    return world
+
+
+@pytest.mark.parametrize(("power", "word"), [(8, "white"), (12, "white"), (-14, "colour"), (-11, "colour")])
+@pytest.mark.parametrize("channels", ["color", ["color", "instance"]])
+def test_objects_without_shading_get_an_exposure_that_shows_it(power: int, word: str, channels: Any) -> None:
+    world = shaded_world(2.0**power)
+    dark_sky = {"background": [0.1, 0.1, 0.1]}
+    notice = said(world, channels=channels, **dark_sky)
+    assert word in notice
+    assert "exposure=" in notice
+    stops = float(notice.split("exposure=")[1].split()[0])
+    frame = raycam.render(
+        world, CAMERA, samples=4, exposure=stops, channels=["color", "instance"], **dark_sky
+    )
+    assert not frame.notices
+    assert len(np.unique(frame.to_srgb8()[frame["instance"] >= 0])) > 20
+
+
+def test_object_of_one_colour_gets_no_notice() -> None:
+    world = raycam.World()
+    world.add_object(plane={"size": 80})
+    world.add_light("sky", radiance=0.5)
+    camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
+    assert said(world, camera) == ""
 
 
 def test_white_itself_is_not_beyond() -> None:
@@ -145,3 +179,15 @@ def test_words_that_are_no_cameras_say_what_to_do() -> None:
         raycam.render(world, "top")
     with pytest.raises(FileNotFoundError, match="no camera of this name"):
         raycam.render(world, "nothing.yaml")
+
+
+@pytest.mark.parametrize("channels", ["color", ["color", "instance"]])
+def test_black_images_from_inside_an_object_name_the_object(channels: Any) -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 0.4}, name="bulb")
+    world.add_object(plane={"size": 9}, location=[0, 0, -1])
+    world.add_light("sun", direction=[-1, 1, -1], irradiance=1)
+    inside = raycam.Camera.look_at([0, 0.1, 0], [1, 0, 0], [0, 0, 1], size=(16, 12), fov=40)
+    for integrator in ("direct", "path"):
+        assert "'bulb'" in said(world, inside, integrator=integrator, channels=channels)
+        assert "bulb" not in said(world, integrator=integrator, channels=channels)

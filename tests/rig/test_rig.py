@@ -12,6 +12,7 @@ import pytest
 import raycam
 from raycam.calibration import WRITTEN_FORMATS
 from scipy.spatial.transform import Rotation, Slerp
+from support.raises import raises
 
 K = np.array([[420.0, 0.0, 161.5], [0.0, 430.0, 118.25], [0.0, 0.0, 1.0]])
 
@@ -143,14 +144,14 @@ keyframe = [
     other.add_rig(rig)
     assert list(other.rigs) == ["car", "car-2"]
     assert "car-2/left" in other.cameras
-    with pytest.raises(raycam.WorldError, match=r"rig\[0\].camera\[0\]"):
+    with raises(raycam.WorldError, code="wrong_shape", mentions=["rig[0].camera[0]"]):
         raycam.World.from_dict({"rig": {"camera": {"focal": 9, "location": [1, 2]}}})
 
 
 def test_kalibr_has_the_rig_without_its_place(tmp_path: Path) -> None:
     rig = pair()
     notices = raycam.save_cameras(tmp_path / "chain.yaml", rig, "kalibr")
-    assert any("place in the world" in notice for notice in notices)
+    assert any("place in the world" in str(notice) for notice in notices)
     (read,) = raycam.load_cameras(tmp_path / "chain.yaml").rigs.values()
     for (name, mount), other in zip(rig.mounts.items(), read.mounts.values(), strict=True):
         np.testing.assert_allclose(other.R, mount.R, atol=1e-12, err_msg=name)
@@ -212,11 +213,11 @@ def test_what_no_calibration_holds_is_said(tmp_path: Path) -> None:
     for format in sorted(set(WRITTEN_FORMATS) - single):
         options = {"times": {"a": 1.0, "b": 2.0}} if format in ("tum", "euroc") else {}
         notices = raycam.save_cameras(tmp_path / format, {"a": blurred, "b": moving}, format, **options)
-        text = "\n".join(notices)
+        text = "\n".join(map(str, notices))
         assert "'a': its aperture and vignetting" in text.replace('"', "'"), format
         assert "'b': its shutter is" in text.replace('"', "'"), format
     said = raycam.save_cameras(tmp_path / "t.json", raycam.Rig.stereo(ahead(), 0.1), "nerf")
-    assert any("rig" in notice for notice in said)
+    assert any("rig" in str(notice) for notice in said)
 
 
 def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it() -> None:
@@ -244,20 +245,20 @@ def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it
 
 def test_what_is_no_pair_is_refused() -> None:
     world, rig = room(), pair()
-    with pytest.raises(raycam.CameraError, match="not a rectified pair"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         rig.render(world, channels=["disparity"])
     moving = raycam.Rig.stereo(ahead(), 0.1)
     moving = moving.moving(moving.placed([0, 1, 0.5]), exposure=0.01)
-    with pytest.raises(raycam.CameraError, match="shutter"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         raycam.disparity(world, moving)
-    with pytest.raises(raycam.CameraError, match="lef"):
+    with raises(raycam.CameraError, code="unknown_name"):
         rig.pair("lef")
-    with pytest.raises(raycam.CameraError, match="has one"):
+    with raises(raycam.CameraError, code="missing_value"):
         raycam.Rig({"a": ahead()}).pair()
     with pytest.raises(raycam.CameraError, match="without cameras"):
         raycam.Rig({})
-    with pytest.raises(raycam.CameraError, match="not a rotation"):
+    with raises(raycam.CameraError, code="not_a_rotation"):
         raycam.Rig({"a": ahead()}, R=np.ones((3, 3)))
     affine = raycam.Camera.from_matrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], (9, 9))
-    with pytest.raises(raycam.CameraError, match="infinity"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         raycam.Rig.of({"a": affine})

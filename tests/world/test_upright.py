@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -66,7 +67,7 @@ def test_world_files_turn_it_as_well(tower: Path) -> None:
     world = raycam.load(path)
     heights = [np.ptp(world.triangles(i).reshape(-1, 3), axis=0) for i in range(3)]
     assert heights == pytest.approx(np.array([[0.5, 1, 3], [0.5, 3, 1], [1, 0.5, 3]]))
-    assert sum("turned" in notice for notice in world.notices) == 1
+    assert sum("turned" in str(notice) for notice in world.notices) == 1
     path.write_text(f'up = "y"\n[[object]]\nmesh = "{tower.name}"\n')
     assert raycam.load(path).notices == []
 
@@ -85,7 +86,7 @@ def test_normals_turn_along(tmp_path: Path) -> None:
 
 
 def test_upright_is_for_files() -> None:
-    with pytest.raises(raycam.WorldError, match=r"upright.*mesh"):
+    with raises(raycam.WorldError, code="invalid_value"):
         raycam.World().add_object(box={}, upright=True)
 
 
@@ -127,7 +128,7 @@ def test_world_files_and_changes_apply_a_matrix_to_the_axes_of_the_file(tower: P
     path.write_text(f'[[object]]\nname = "a"\nmesh = "{tower.name}"\nmatrix = {TRANSFORM.tolist()}\n')
     world = raycam.load(path)
     assert world.triangles() == pytest.approx(expected, abs=1e-6)
-    assert sum("matrix" in notice for notice in world.notices) == 1
+    assert sum("matrix" in str(notice) for notice in world.notices) == 1
     world = raycam.World("z", folder=tower.parent)
     world.add_object("box", name="a")
     world.set_object("a", mesh=tower.name, matrix=TRANSFORM)

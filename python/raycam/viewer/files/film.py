@@ -41,7 +41,7 @@ def filmed(
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
     view = session.view
     if degrees == 0 and view.seconds == 0:
-        raise SettingsError("nothing moves in this world: a video of it needs a turn")
+        raise SettingsError("nothing moves in this world: a video of it needs a turn", code="missing_value")
     if degrees == 0:
         seconds = min(seconds, view.seconds)
     width, height = view.camera.size
@@ -66,6 +66,8 @@ def filmed(
                     samples=SAMPLES,
                     channels=["color"],
                     frame=i,
+                    **view.render_options,
+                    **view.look.behind,
                     threads=session.images.threads,
                 )
                 add(i, frame.to_srgb8(view.exposure, view.transform))
@@ -77,9 +79,14 @@ def filmed(
 
 def _turn(view: View, degrees: float, count: int) -> Shots:
     """The images of a turn around the pivot."""
-    return lambda i: (view.world, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
+    return lambda i: (view.lit, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
 
 
 def _movement(view: View, fps: float) -> Shots:
     """The images of the world as it moves."""
-    return lambda i: view.moment(min(i / fps, view.seconds))
+
+    def shot(i: int) -> tuple[World, Camera]:
+        world, camera = view.moment(min(i / fps, view.seconds))
+        return view.look.light_up(world, world, camera), camera
+
+    return shot

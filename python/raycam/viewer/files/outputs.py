@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from ..._core import world_to_gltf
-from ...errors import SettingsError
+from ...errors import Notice, SettingsError
 from ...render.frame import Frame
 from ..page import page
 from ..scene.world_file import world_file
 from ..session import Session
-from ..stills import truth
+from ..stills import shares, truth
 from .film import filmed
 
 __all__ = ["film", "snapshot"]
@@ -39,6 +39,8 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         raise SettingsError("the picture has no samples yet: try again when it rests")
     channels = dict(still)
     if format != "png":
+        if "alpha" not in channels:
+            channels |= dict(shares(view.world, view.still_camera))
         channels |= dict(truth(view.world, view.still_camera))
     frame = Frame(
         channels,
@@ -46,7 +48,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         size=still.size,
         exposure=view.exposure,
         view=view.transform,
-        notices=[*still.notices, f"light: {view.integrator}"],
+        notices=[*still.notices, Notice(f"light: {view.integrator}", "preview_light")],
     )
     if format == "png":
         data = frame.to_png()

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...camera import Camera
 from ..scene.copies import FILES, camera_table, camera_text, render_command
+from ..scene.look import SKY_IMAGE
 from .view import View
 
 __all__ = ["copied"]
@@ -51,8 +52,33 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
         "variant": view.variant or None,
         "exposure": view.exposure if view.exposure != settings.get("exposure", 0.0) else None,
         "view": view.transform if view.transform != settings.get("view", "standard") else None,
+        **_look_options(view, notify),
     }
-    return render_command(opened.source or opened.title, name or _camera_at_start(view, notify), options)
+    camera: Camera | str | None = name or _camera_at_start(view, notify)
+    if view.shape == "home":
+        camera = None
+        options |= {
+            "view-from" if key == "direction" else key: value for key, value in opened.framing.items()
+        }
+    return render_command(opened.source or opened.title, camera, options)
+
+
+def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object]:
+    """The options of `raycam render` for the look of a view."""
+    look = view.look
+    options: dict[str, object] = {"background": look.background, **view.render_options}
+    if look.light == "studio" and view.shape != "home":
+        options["studio"] = True
+        notify(
+            "The command arranges the studio's lights around this camera; the view keeps them where they are."
+        )
+    if look.light == "sun":
+        options["sun"] = look.sun
+    if look.light == "sky":
+        options |= {"hdri": look.image or SKY_IMAGE, "hdri-rotation": look.rotation or None}
+    if look.ground not in ("auto", "none"):
+        options["ground"] = True if look.ground == "plain" else look.ground
+    return {key.replace("_", "-"): value for key, value in options.items()}
 
 
 def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Result, SceneError, suggestion};
+use crate::error_code::ErrorCode;
 
 /// The families of lenses, by the names people write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -94,7 +95,8 @@ impl LensModel {
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            SceneError::Camera(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
+            let message = format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", "));
+            SceneError::Camera(ErrorCode::UnknownName.message(message))
         })
     }
 
@@ -106,7 +108,7 @@ impl LensModel {
 
 /// The error of a wrong number of coefficients.
 pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
-    SceneError::Camera(format!(
+    SceneError::lens(format!(
         "distortion {given:?} has {} coefficients: the {} model has {expected}",
         given.len(),
         model.name()
