@@ -14,7 +14,7 @@ from ..baking.gutters import fill_gutters
 from ..baking.maps import face_normals
 from ..baking.texels import Texels, find_texels, mark
 from ..camera import Camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..notices import warn, warn_all
 from ..world import World
 from ..world.chosen import object_number
@@ -100,7 +100,13 @@ def texture_from_photos(
     warn_all(placement_notices(world, named))
     texels = find_texels(mesh.uvs[0], (wide, wide))
     if texels.overlapping:
-        warn(f"object {object!r}: {texels.overlapping} texels are in several faces, because islands overlap")
+        warn(
+            Notice(
+                f"object {object!r}: {texels.overlapping} texels are in several faces, because islands of its texture "
+                "coordinates overlap; such texels have the color of the first face",
+                "implausible",
+            )
+        )
     facing = side_of(world, list(named.values()), threads)
     count = len(texels.index)
     colors, views = np.zeros((count, 3), np.float32), np.zeros(count, np.int32)
