@@ -23,7 +23,7 @@ SECTIONS: dict[str, list[str]] = {
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility"),
-        *("bake", "BakedMaps"),
+        *("texture_from_photos", "PhotoTexture", "bake", "BakedMaps"),
         *("photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],
