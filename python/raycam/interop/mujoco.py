@@ -10,7 +10,9 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..notices import warn_all
+from ..srgb import linear_from_srgb
 from ..world import World
+from ..world.capsule import capsule_mesh
 
 __all__ = ["MujocoScene", "from_mujoco"]
 
@@ -85,9 +87,7 @@ class MujocoScene:
         elif kind == CYLINDER:
             self.world.add_object(cylinder={"radius": size[0], "height": 2 * size[1]}, **keys)
         elif kind == CAPSULE:
-            from ..world.robot_files import capsule
-
-            vertices, faces, normals = capsule(size[0], 2 * size[1])
+            vertices, faces, normals = capsule_mesh(size[0], 2 * size[1])
             self.world.add_object(vertices=vertices, triangles=faces, normals=normals, **keys)
         elif kind == HFIELD:
             vertices, faces = _height_field(model, int(model.geom_dataid[geom]))
@@ -185,7 +185,7 @@ def _material(model: Any, geom: int, notices: list[Notice]) -> dict[str, Any]:
                     )
                 )
                 break
-    keys: dict[str, Any] = {"color": np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)}
+    keys: dict[str, Any] = {"color": linear_from_srgb(srgb)}
     if rgba[3] < 1:
         keys["opacity"] = float(rgba[3])
     if material >= 0 and float(model.mat_emission[material]) > 0:

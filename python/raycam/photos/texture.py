@@ -11,13 +11,13 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Bools, Floats, flag, thread_count, whole
 from ..baking.gutters import fill_gutters
-from ..baking.maps import face_normals
-from ..baking.texels import Texels, find_texels, mark
+from ..baking.texels import Texels, covered_texels, find_texels, warn_of_overlap
 from ..camera import Camera
-from ..errors import Notice, WorldError
-from ..notices import warn, warn_all
+from ..errors import WorldError
+from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
+from ..world.face_geometry import face_areas, face_normals
 from ..world.object_mesh import ObjectMesh, object_mesh
 from ..world.texture import Texture
 from .images import Photos, Pyramid, read_photo
@@ -28,15 +28,15 @@ from .visibility import side_of
 
 __all__ = ["PhotoTexture", "texture_from_photos"]
 
-KEPT = 8
+MAX_BLENDED_VIEWS = 8
 """Views of a texel that are blended: those with the largest weights."""
 MIN_COSINE = float(np.cos(np.radians(80)))
 """Cosine of the largest angle of incidence."""
-BORDER = 32.0
+BORDER_WIDTH_PX = 32.0
 """Pixels from the image's edge over which the weight rises to 1."""
-CHUNK = 1 << 19
+CHUNK_TEXELS = 1 << 19
 """Texels in work at the same time, about 150 MB; each photograph is read once for each chunk."""
-TOLERANCE = 0.06
+LUMINANCE_TOLERANCE = 0.06
 """Relative difference of luminance within which views agree."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
@@ -99,20 +99,13 @@ def texture_from_photos(
         )
     warn_all(placement_notices(world, named))
     texels = find_texels(mesh.uvs[0], (wide, wide))
-    if texels.overlapping:
-        warn(
-            Notice(
-                f"object {object!r}: {texels.overlapping} texels are in several faces, because islands of its texture "
-                "coordinates overlap; such texels have the color of the first face",
-                "implausible",
-            )
-        )
+    warn_of_overlap(texels, object)
     facing = side_of(world, list(named.values()), threads)
     count = len(texels.index)
     colors, views = np.zeros((count, 3), np.float32), np.zeros(count, np.int32)
     spread = np.zeros(count, np.float32)
-    for first in range(0, count, CHUNK):
-        part = slice(first, first + CHUNK)
+    for first in range(0, count, CHUNK_TEXELS):
+        part = slice(first, first + CHUNK_TEXELS)
         colors[part], views[part], spread[part] = _blend(
             world, named, photos, mesh, texels, part, facing, threads
         )
@@ -122,7 +115,7 @@ def texture_from_photos(
     points = np.einsum("nk,nkj->nj", texels.weights, corners)
     seen = views > 0
     colors[~seen] = [1, 0, 1] if magenta else colors[seen][_nearest(points[seen], points[~seen], threads)]
-    covered = mark(texels)
+    covered = covered_texels(texels)
 
     def image(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
         full = np.zeros((wide * wide, *values.shape[1:]), values.dtype)
@@ -150,9 +143,9 @@ def _blend(
     corners = mesh.corners[face]
     points = np.einsum("nk,nkj->nj", texels.weights[part], corners)
     normals = face_normals(corners)
-    spacing = np.sqrt(_areas(corners) / np.maximum(_uv_areas(mesh, face, texels.size), 1e-30))
-    weights = np.zeros((len(face), KEPT), np.float32)
-    colors = np.zeros((len(face), KEPT, 3), np.float32)
+    spacing = np.sqrt(face_areas(corners) / np.maximum(_uv_areas(mesh, face, texels.size), 1e-30))
+    weights = np.zeros((len(face), MAX_BLENDED_VIEWS), np.float32)
+    colors = np.zeros((len(face), MAX_BLENDED_VIEWS, 3), np.float32)
     views = np.zeros(len(face), np.int32)
     for name, camera in cameras.items():
         sight = find_sight(
@@ -167,7 +160,12 @@ def _blend(
         places = sight.pixels - camera.corner
         edge = np.minimum(places, np.array(camera.size) - places).min(axis=1)
         pixels = Pyramid(read_photo(photos, name, camera)).at(places, np.sqrt(area) * spacing[index])
-        weight = sight.cosine**2 * np.sqrt(area) * np.clip(edge / BORDER, 1e-6, 1.0) * (pixels[:, 3] > 0.5)
+        weight = (
+            sight.cosine**2
+            * np.sqrt(area)
+            * np.clip(edge / BORDER_WIDTH_PX, 1e-6, 1.0)
+            * (pixels[:, 3] > 0.5)
+        )
         views[index] += weight > 0
         slot = weights[index].argmin(axis=1)
         better = weight > weights[index, slot]
@@ -191,7 +189,7 @@ def robust_mean(
     median = weighted_median(light, heavy)[:, None]
     off = np.abs(light - median)
     mad = weighted_median(off, heavy)[:, None]
-    kept = heavy * (off <= np.maximum(3 * mad, TOLERANCE * median))
+    kept = heavy * (off <= np.maximum(3 * mad, LUMINANCE_TOLERANCE * median))
     total = np.maximum(kept.sum(axis=1), 1e-300)
     mean = (kept[..., None] * colors).sum(axis=1) / total[:, None]
     every = np.maximum(heavy.sum(axis=1), 1e-300)
@@ -210,12 +208,6 @@ def weighted_median(values: Floats, weights: Floats) -> Floats:
     found: Floats = np.take_along_axis(np.take_along_axis(values, order, axis=1), place[:, None], axis=1)[
         :, 0
     ]
-    return found
-
-
-def _areas(corners: Floats) -> Floats:
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    found: Floats = np.sqrt((across**2).sum(axis=1)) / 2
     return found
 
 

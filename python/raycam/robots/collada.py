@@ -16,6 +16,7 @@ from .. import _core
 from ..arguments import Floats
 from ..errors import FormatError, Notice, SettingsError
 from ..io.glb import GlbBuilder
+from ..srgb import linear_from_srgb
 from .collada_scene import placed_geometries
 from .resolve import read_bytes
 from .xml_tree import XmlLimits, check_xml
@@ -272,7 +273,7 @@ def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: i
 def _linear(colors: Any) -> Floats:
     """Linear values of sRGB colours: Collada's colours are shown as they are by RViz and most exporters' tools."""
     values = np.asarray(colors, np.float64)
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear_from_srgb(values)
 
 
 def _roughness(effect: Any) -> float:
