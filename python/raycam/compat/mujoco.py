@@ -1,4 +1,4 @@
-"""Stand-in for `mujoco.Renderer` that needs no OpenGL: `install()` makes MuJoCo programs use it.
+"""Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
 
 Depth and ids are exact for the ray through each pixel's centre. Colours are rendered with raycam's lights (see
 `raycam.from_mujoco`) and resemble MuJoCo's, without being equal to them.
@@ -25,10 +25,12 @@ ORIGINALS: dict[str, Any] = {}
 class Renderer:
     """Renders a MuJoCo model; constructor and methods are those of `mujoco.Renderer`.
 
-    `render` returns uint8 [h, w, 3]; after `enable_depth_rendering` float32 [h, w], the depth along the viewing
-    direction in metres, and the far plane's where nothing is hit; after `enable_segmentation_rendering` int32 [h, w, 2]
-    of (id, type), -1 for the background. `camera` replaces the model's camera by a `raycam.Camera`. Raises
-    `SettingsError` for sizes below 1, unknown cameras, and before the first `update_scene`.
+    `render` returns sRGB colours, uint8 [h, w, 3]. After `enable_depth_rendering`, it returns float32 [h, w]: the depth
+    along the viewing direction in metres, and the far plane's depth for the background. After
+    `enable_segmentation_rendering`, it returns int32 [h, w, 2]: (id, type), -1 for the background. The attribute
+    `camera` replaces the model's camera by a `raycam.Camera`. `max_geom` and `font_scale` are accepted and have no
+    effect: the number of geoms is not limited, and no text is drawn. Raises `SettingsError` for sizes below 1, unknown
+    cameras, and calls of `render` before `update_scene`.
     """
 
     def __init__(
@@ -126,7 +128,7 @@ class Renderer:
         """Returns the image, written into `out` if given; raises `SettingsError` for an `out` of another shape."""
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            raise SettingsError("call update_scene before render")
+            raise SettingsError("the renderer has no scene; call update_scene before render")
         found = getattr(self, f"_{self._mode}")(camera)
         if out is None:
             return np.asarray(found)
