@@ -54,7 +54,7 @@ def test_removed_and_fixed_controls_are_refused(viewer: Viewer) -> None:
         receive(viewer._session(), {"type": "control", "id": text.number, "value": "b"})
     text.value = "c"
     text.remove()
-    with pytest.raises(raycam.SettingsError, match="exist"):
+    with pytest.raises(raycam.SettingsError, match="not found"):
         receive(viewer._session(), {"type": "control", "id": text.number, "value": "b"})
     assert viewer.controls.message()["controls"] == []
 

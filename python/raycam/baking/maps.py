@@ -112,7 +112,7 @@ def bake(
     mesh = object_mesh(world, number)
     if whole("uv_set", uv_set, 0, 7) >= len(mesh.uvs):
         raise WorldError(
-            f"object {object!r} has {len(mesh.uvs)} sets of texture coordinates, and bake requires set {uv_set}"
+            f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0"
         )
     texels = find_texels(mesh.uvs[uv_set], (wide, wide))
     warn_of_overlap(texels, object)

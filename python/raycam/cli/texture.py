@@ -27,7 +27,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--show-unseen",
         action="store_true",
-        help="colour texels magenta that no camera sees (default: nearest colour)",
+        help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)

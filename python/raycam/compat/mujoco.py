@@ -49,7 +49,7 @@ class Renderer:
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
-        """A calibrated camera in world coordinates, instead of the camera of `update_scene`; None for none."""
+        """Camera in world coordinates that replaces the one from `update_scene`; None (default) keeps that one."""
 
     @property
     def model(self) -> Any:
@@ -74,7 +74,7 @@ class Renderer:
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
         """Takes poses from `data`. `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
 
-        Of `scene_option`, the groups of geoms are used.
+        Only `scene_option.geomgroup` is used; the other options are ignored.
         """
         groups = self._groups
         if scene_option is not None:

@@ -58,8 +58,8 @@ class MujocoScene:
         """
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
-                f"data of another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, expected"
-                f" {self.model.ngeom} and {self.model.ncam}"
+                f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
+                f"expected {self.model.ngeom} and {self.model.ncam}"
             )
         for number, geom in enumerate(self.geoms):
             matrix = np.eye(4)

@@ -32,13 +32,13 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     best = max(counts, key=lambda factor: counts[factor])
     remedy = "check that the mesh is in the coordinates of the cameras"
     if counts[best] > seeing:
-        remedy = f"with the mesh scaled by {best:g}, {counts[best]} cameras would"
+        remedy = f"scale the mesh by {best:g} to make it visible to {counts[best]} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
     message = (
-        f"{seeing} of {len(given)} cameras look at the mesh; {remedy} (the mesh's centre is ({middle}), the median of "
-        f"the cameras' positions ({around}))"
+        f"the mesh is visible to only {seeing} of {len(given)} cameras; {remedy} (mesh centre: ({middle}), "
+        f"median camera position: ({around}))"
     )
     return [Notice(message, "implausible")]
 

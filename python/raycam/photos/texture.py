@@ -80,7 +80,7 @@ def texture_from_photos(
 
     Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
     texels surround the islands. The result is the same for any order of the photographs and any number of threads.
-    Notices report overlapping islands, an inside-out mesh, photographs turned by EXIF (used as their pixels lie), and
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), and
     that fewer than half of the cameras look at the world.
 
     Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
@@ -110,7 +110,10 @@ def texture_from_photos(
             world, named, photos, mesh, texels, part, facing, threads
         )
     if not views.any():
-        raise WorldError(f"no camera sees object {object!r}")
+        raise WorldError(
+            f"object {object!r} is not visible to any camera; "
+            "check that the mesh and the cameras use the same coordinates"
+        )
     corners = mesh.corners[texels.face]
     points = np.einsum("nk,nkj->nj", texels.weights, corners)
     seen = views > 0

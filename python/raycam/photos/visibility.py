@@ -88,7 +88,7 @@ def surface_visibility(
     images: Mapping[str, str] | None = None,
     threads: int | None = None,
 ) -> SurfaceVisibility:
-    """Which faces the cameras see, by exact rays through the cameras' lenses; no face is too small.
+    """Finds the faces that are visible to the cameras, by exact rays through their lenses.
 
     `cameras` are posed cameras as from `load_cameras`, `objects` the ids or names of the objects whose faces are
     returned; all objects occlude. A camera sees a sample on a face if the sample projects through the lens into the
@@ -133,8 +133,8 @@ def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
         return "front"
     message = (
-        f"{100 * (1 - fronts.mean()):.0f} % of the rays meet the backs of faces: the mesh seems to be inside out; "
-        'both sides count (facing="both")'
+        f"{100 * (1 - fronts.mean()):.0f} % of the rays hit the backs of faces, so the mesh seems to be inside out; "
+        'both sides are treated as visible (facing="both"); flip the faces to correct the mesh'
     )
     warn(Notice(message, "implausible"))
     return "both"

@@ -84,7 +84,7 @@ class _Converter:
         document = self._document
         up = str(document.assetInfo.upaxis)
         if up not in ("Z_UP", "None"):
-            self._note("ignored_key", f"its up axis is {up}, which is not applied, as in RViz")
+            self._note("ignored_key", f"the up axis {up} is ignored, as in RViz")
         for error in document.errors[:5]:
             self._note("invalid_file", f"ignored: {error}")
         for placed in placed_geometries(document, os.fspath(self._path)):

@@ -31,6 +31,14 @@ DRAWN_KINDS = ("label", "lines")
 CONTROL_COLOR = "#ffd60a"
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
+REQUIRED_VALUES = {
+    "checkbox": "True or False",
+    "text": f"a string of at most {MAX_TEXT_LENGTH} characters",
+    "slider": "a number",
+    "button": "a number",
+}
+"""The values of each kind of control."""
+
 Value = bool | float | str
 Callback = TypeVar("Callback", bound=Callable[["Control"], object])
 
@@ -85,7 +93,8 @@ class Control:
                 f"{self.label}: {value!r} is out of range; expected {low:g} to {high:g}", code="out_of_range"
             )
         raise SettingsError(
-            f"{self.label}: a {self.kind} does not have the value {value!r}", code="invalid_value"
+            f"{self.label}: invalid value {value!r}; a {self.kind} requires {REQUIRED_VALUES[self.kind]}",
+            code="invalid_value",
         )
 
     def on_change(self, function: Callback) -> Callback:
@@ -246,7 +255,7 @@ class Controls(Folder):
         """Sets the value of a control that a client changed. Raises `SettingsError`."""
         control = self._all.get(number)
         if control is None or "value" not in control.describe():
-            raise SettingsError("this control does not exist any more", code="unknown_name")
+            raise SettingsError("control not found: the script has removed it", code="unknown_name")
         if control.describe().get("editable") is False:
             raise SettingsError(f"{control.label}: this text cannot be edited", code="conflicting_values")
         control.value = float(control.value) + 1 if control.kind == "button" else value
@@ -285,7 +294,10 @@ class Controls(Folder):
                     f"points: expected [n, 3] with n from 2 to {MAX_POINTS}, got {list(points.shape)}"
                 )
             return {"points": points, "color": _color(properties.get("color", CONTROL_COLOR))}
-        raise SettingsError(f"a {kind} has no properties {', '.join(properties)}", code="unknown_name")
+        raise SettingsError(
+            f"{kind}: cannot be updated with {', '.join(properties)}; use the arguments that created it",
+            code="unknown_name",
+        )
 
 
 def _color(text: str) -> str:

@@ -321,7 +321,7 @@ export class Client {
       await navigator.clipboard.writeText(readoutText(this.known.pixel, this.known.values));
       this.say("Copied the values.", "notice");
     } catch {
-      this.say("The browser does not allow this page to use the clipboard.", "error");
+      this.say("Nothing was copied: the browser blocks the clipboard. Allow clipboard access for this page and try again.", "error");
     }
   }
 

@@ -17,9 +17,9 @@ import { WorldControls } from "./panel/world.js";
 /** @typedef {import("./pointer.js").Point} Point */
 
 export const LIVE_MOUSE =
-  "Drag orbits, Shift and drag or the right button pans, the wheel comes nearer to the point under the cursor. A double " +
-  "click sets the point that drags turn around. Ctrl and wheel magnifies the pixels. A click holds a pixel, Alt and " +
-  "click or a long press explains it. On a touch screen two fingers come nearer and pan.";
+  "Drag to orbit; Shift and drag, or drag with the right button, to pan. The wheel moves the camera towards the point " +
+  "under the cursor; Ctrl and wheel magnify the pixels. Double-click to set the pivot of the orbit. Click to hold a " +
+  "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const PAN_PIXELS = 24; // pixels of the picture
@@ -35,8 +35,8 @@ const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
 /** Ways to move, in the order of the key N, and what is said of them. */
 const WAYS = /** @type {Record<string, string>} */ ({
   orbit: "Orbit: drag turns around the pivot.",
-  fly: "Fly: W A S D move, E and Q rise and sink, drag looks around, Shift is fast, the wheel changes the speed.",
-  walk: "Walk: W A S D go along the ground, E and Q change the height of the eyes, drag looks around, Shift is fast, the wheel changes the speed.",
+  fly: "Fly: W, A, S and D move the camera, E and Q raise and lower it. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
+  walk: "Walk: W, A, S and D move along the ground, E and Q raise and lower the camera. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
 });
 
 export class LiveView {
@@ -164,7 +164,7 @@ export class LiveView {
   showFilming({ done, total }) {
     const stop = byId("film-stop", HTMLButtonElement);
     stop.hidden = !total;
-    stop.textContent = `Stop the film: ${done} of ${total}`;
+    stop.textContent = `Stop the video: frame ${done} of ${total}`;
     for (const id of ["film", "film-time"]) byId(id, HTMLButtonElement).disabled = total > 0;
   }
 
@@ -172,7 +172,7 @@ export class LiveView {
   showStatus({ samples, ms, moving, integrator, rate, change }) {
     const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
     if (!moving) {
-      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % since ${change.since}` : "";
+      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
       byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
     }
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
@@ -186,7 +186,7 @@ export class LiveView {
     this.waiting = setInterval(() => {
       seconds += 1;
       if (seconds !== LATE && seconds % REMIND) return;
-      byId("status", HTMLElement).textContent = `the next picture is being made, ${seconds} s`;
+      byId("status", HTMLElement).textContent = `rendering the next image, ${seconds} s`;
     }, 1000);
   }
 
@@ -194,7 +194,7 @@ export class LiveView {
   async copied(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.client.say("It is in the clipboard.", "notice", true);
+      this.client.say("Copied to the clipboard.", "notice", true);
     } catch {
       this.client.say(text, "notice", true);
     }

@@ -36,10 +36,14 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
     opened = view.opened
     if view.base is not opened.edits.opened:
         notify(
-            "The command uses the file without the edits made here. Save TOML or Save GLB writes a file with them."
+            "The command renders the file without your edits. To include them, save the world as TOML or GLB and "
+            "render that file."
         )
     if opened.source is None:
-        notify("This world was not loaded from a file: replace the first word after render by a file name.")
+        notify(
+            "This world was not loaded from a file: save it as TOML or GLB, and replace the first word after "
+            "render with the name of that file."
+        )
     settings = view.base.render_settings
     name = "" if view.camera_name in opened.added else view.camera_name
     width, height = view.size
@@ -87,5 +91,7 @@ def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:
         return view.camera
     before = view.base.camera_at(view.camera, -view.time)
     if not np.allclose(view.base.camera_at(before, view.time).P, view.camera.P, rtol=1e-9, atol=1e-9):
-        notify(f"The video moves its camera: at {view.time:.6g} s the command shows what that camera sees.")
+        notify(
+            f"The video moves its camera: the command renders the view of the video's camera at {view.time:.6g} s."
+        )
     return before
