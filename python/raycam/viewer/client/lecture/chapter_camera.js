@@ -3,9 +3,9 @@
 import { cross, dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { pixelOf } from "../core/steps.js";
 import { addMatrices } from "./matrices.js";
-import { fixed, tuple } from "./numbers.js";
-import { OutsideView } from "./outside.js";
-import { drawDot, drawLine } from "./shapes.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { OutsideView } from "../figure/outside.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { addOutside, addPicture, cornerHandles, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */

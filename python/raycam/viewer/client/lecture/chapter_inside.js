@@ -2,8 +2,8 @@
 
 import { lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
-import { fixed, tuple } from "./numbers.js";
-import { drawArrow, drawDot, drawLine } from "./shapes.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { drawArrow, drawDot, drawLine } from "../figure/shapes.js";
 import { buildTree, traverse } from "./tree.js";
 import { addOutside, addPicture, worldContent } from "./views.js";
 

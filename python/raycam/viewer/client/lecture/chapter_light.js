@@ -2,8 +2,8 @@
 
 import { dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
-import { fixed, tuple } from "./numbers.js";
-import { drawArrow, drawLine } from "./shapes.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { drawArrow, drawLine } from "../figure/shapes.js";
 import { addOutside, addPicture, worldContent } from "./views.js";
 import { BULB, SUN, toSun, worldText } from "./world.js";
 

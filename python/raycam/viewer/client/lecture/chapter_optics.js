@@ -1,8 +1,8 @@
 // Chapters 16 to 18: materials, lenses, videos.
 
 import { litPicture } from "./chapter_light.js";
-import { fixed } from "./numbers.js";
-import { drawLine } from "./shapes.js";
+import { fixed } from "../figure/numbers.js";
+import { drawLine } from "../figure/shapes.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */

@@ -1,8 +1,8 @@
 // Chapters 1 and 2: the world and its origin, a box from triangles, refined faces, colours.
 
 import { addOutside, addPicture, axisStrokes, cornerHandles, worldContent } from "./views.js";
-import { fixed, tuple } from "./numbers.js";
-import { OutsideView } from "./outside.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { OutsideView } from "../figure/outside.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 

@@ -1,8 +1,8 @@
 // A figure of the page: canvases that are drawn when something changed and they are visible, and controls below them.
 
 import { element } from "../dom.js";
-import { placeLabels } from "./labels.js";
-import { fixed } from "./numbers.js";
+import { placeLabels } from "../figure/labels.js";
+import { fixed } from "../figure/numbers.js";
 
 /** @typedef {import("./state.js").Shared} Shared */
 /** @typedef {import("./pictures.js").Pictures} Pictures */

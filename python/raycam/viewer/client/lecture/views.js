@@ -2,8 +2,8 @@
 
 import { dot, minus, plusTimes } from "../core/vectors.js";
 import { pixelOf, rayOfPixel } from "../core/steps.js";
-import { OutsideView } from "./outside.js";
-import { drawDot, drawLine } from "./shapes.js";
+import { OutsideView } from "../figure/outside.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -45,7 +45,7 @@ export function cornerHandles({ shared }) {
 /**
  * Adds the view from outside, which turns when it is dragged.
  * @param {Figure} fig
- * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("./outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
+ * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
  */
 export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(), content, handles = () => [], picksPixel = false }) {
   const { shared } = fig;
@@ -153,7 +153,7 @@ export function worldContent(fig, withCamera = true) {
   return { corners, colors, C: withCamera ? numbers.C : null, picture: withCamera ? sharedPicture(fig) : null };
 }
 
-/** The three axes at the origin. @returns {import("./outside.js").Stroke[]} */
+/** The three axes at the origin. @returns {import("../figure/outside.js").Stroke[]} */
 export function axisStrokes(length = 1.2) {
   return ["x", "y", "z"].map((text, i) => ({ from: [0, 0, 0], to: [0, 1, 2].map((k) => (k === i ? length : 0)), color: "axis", text, arrow: true }));
 }

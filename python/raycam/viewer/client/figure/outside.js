@@ -2,10 +2,10 @@
 
 import { cross, dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { drawArrow, drawDot, drawLine } from "./shapes.js";
-import { SIZE } from "./world.js";
+import { SIZE } from "../lecture/world.js";
 import { rayOfPixel } from "../core/steps.js";
 
-/** @typedef {import("./figure.js").Pen} Pen */
+/** @typedef {import("../lecture/figure.js").Pen} Pen */
 /** @typedef {{ from: number[], to: number[], color: string, symbol?: string, text?: string, width?: number, dash?: number[], arrow?: boolean }} Stroke a line in space */
 /** @typedef {{ at: number[], color: string, symbol?: string, text?: string, radius?: number }} Spot */
 /** @typedef {{ corners: number[][], color: string, line?: string }} Patch a translucent polygon */
