@@ -15,7 +15,17 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
-from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
+from .errors import (
+    CameraError,
+    Cancelled,
+    Error,
+    FormatError,
+    JobError,
+    LidarError,
+    Notice,
+    SettingsError,
+    WorldError,
+)
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
@@ -32,6 +42,7 @@ from .world.texture import Texture
 if TYPE_CHECKING:
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .lidar import Lidar, Scan, load_lidar, scan
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -53,11 +64,14 @@ __all__ = [
     "JobError",
     "Keypoints",
     "Label",
+    "Lidar",
+    "LidarError",
     "Notice",
     "Object",
     "Progressive",
     "Recipe",
     "Rig",
+    "Scan",
     "SelfCheck",
     "Sensor",
     "SettingsError",
@@ -78,11 +92,13 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "load_lidar",
     "progressive",
     "render",
     "render_many",
     "sample",
     "save_cameras",
+    "scan",
     "selfcheck",
     "strict",
     "view",
@@ -94,6 +110,10 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "Lidar": "lidar",
+    "Scan": "lidar",
+    "load_lidar": "lidar",
+    "scan": "lidar",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

@@ -12,6 +12,7 @@ __all__ = [
     "Error",
     "FormatError",
     "JobError",
+    "LidarError",
     "Notice",
     "SettingsError",
     "WorldError",
@@ -37,6 +38,10 @@ class WorldError(Error, ValueError):
 
 class CameraError(Error, ValueError):
     """An invalid camera."""
+
+
+class LidarError(Error, ValueError):
+    """An invalid lidar: an unknown device, an impossible pattern, or a calibration of another device."""
 
 
 class FormatError(Error, ValueError):
