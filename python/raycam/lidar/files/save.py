@@ -1,0 +1,81 @@
+"""Saving scans: the format by the file's extension, and the fields that its readers expect."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import LidarError, nearest
+from ...io.atomic_files import write
+from ...io.npz import npz_bytes
+from .csv import csv_bytes
+from .las import las_bytes
+from .pcd import pcd_bytes
+from .ply import ply_bytes
+
+if TYPE_CHECKING:
+    from ..scan_result import Scan
+
+__all__ = ["FORMATS", "save_scan"]
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+CLOUD_FIELDS = ("intensity", "ring", "time", "return", "instance", "category")
+
+
+def kitti_bytes(arrays: Arrays) -> bytes:
+    """Returns KITTI's .bin: x, y, z and intensity from 0 to 1, float32 [n, 4]. Source: KITTI's devkit."""
+    reflectance = arrays["intensity"].astype(np.float32) / np.float32(255.0)
+    rows = np.concatenate([arrays["position"].astype("<f4"), reflectance[:, None]], axis=1)
+    return rows.astype("<f4").tobytes()
+
+
+FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
+    ".pcd": (pcd_bytes, CLOUD_FIELDS),
+    ".ply": (ply_bytes, CLOUD_FIELDS),
+    ".csv": (csv_bytes, CLOUD_FIELDS),
+    ".las": (las_bytes, ("intensity", "return", "returns", "time", "instance", "category", "ring")),
+    ".bin": (kitti_bytes, ("intensity",)),
+    ".npz": (npz_bytes, None),
+}
+"""The writer of each extension, and the fields besides the position; None: all."""
+
+
+def save_scan(scan: Scan, path: str | os.PathLike[str], fields: Iterable[str] | None) -> None:
+    """Writes a scan; see `Scan.save`."""
+    write(path, encode_scan(scan, Path(path).suffix, fields))
+
+
+def encode_scan(scan: Scan, extension: str, fields: Iterable[str] | None = None) -> bytes:
+    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
+    if extension.lower() not in FORMATS:
+        raise LidarError(nearest("extension of a point cloud", extension, list(FORMATS)))
+    write, defaults = FORMATS[extension.lower()]
+    chosen = _chosen(scan, extension, fields, defaults)
+    rows = slice(None) if extension.lower() == ".npz" else scan["lost"] == 0
+    arrays = {"position": scan["position"][rows], **{name: scan[name][rows] for name in chosen}}
+    return write(arrays)
+
+
+def _chosen(
+    scan: Scan, extension: str, fields: Iterable[str] | None, defaults: tuple[str, ...] | None
+) -> list[str]:
+    if fields is None:
+        return list(defaults if defaults is not None else scan)
+    if isinstance(fields, str):
+        raise LidarError(f"fields must be several names, not the string {fields!r}")
+    names = [name for name in fields if name != "position"]
+    for name in names:
+        if name not in scan:
+            raise LidarError(nearest("field of a scan", name, list(scan)))
+    if extension.lower() == ".bin" and names != ["intensity"]:
+        raise LidarError(f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}")
+    if extension.lower() == ".las":
+        needed = [name for name in ("intensity", "return", "returns", "time") if name not in names]
+        names = [*needed, *names]
+    return names

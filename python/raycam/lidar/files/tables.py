@@ -1,0 +1,115 @@
+"""Tables of pulses: CSV with time, azimuth and elevation or zenith, and arrays of NumPy."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import LidarError
+from ..lidar import Lidar
+from .reading import finite, read_text
+
+__all__ = ["read_table"]
+
+ARRAYS = ("directions", "times", "rings", "origins")
+
+
+def read_table(path: Path, device: str | None) -> dict[str, Any]:
+    """Returns the description of a table of pulses; `device` supplies the other numbers, if given."""
+    if path.suffix.lower() in (".npy", ".npz"):
+        arrays = _read_arrays(path)
+    else:
+        arrays = _read_text_table(path)
+    try:
+        description = Lidar.of(**arrays, name=path.stem)._description
+    except LidarError as fault:
+        raise LidarError(f"{path}: {fault}") from None
+    if device is not None:
+        from ..device import device_description
+
+        numbers = device_description(device)
+        own = numbers.pop("family")
+        numbers.pop(own)
+        numbers.pop("generic", None)
+        description = {**numbers, "family": "table", "table": description["table"]}
+    return description
+
+
+def _read_arrays(path: Path) -> dict[str, Any]:
+    try:
+        loaded = np.load(path, allow_pickle=False)
+    except (ValueError, OSError, EOFError) as fault:
+        raise LidarError(f"{path}: not a file of NumPy arrays: {fault}") from None
+    if isinstance(loaded, np.ndarray):
+        return {"directions": loaded}
+    with loaded:
+        unknown = set(loaded.files) - set(ARRAYS)
+        if unknown or "directions" not in loaded.files:
+            raise LidarError(
+                f"{path}: arrays {', '.join(loaded.files)}; expected directions, and optionally times, rings, origins"
+            )
+        return {name: loaded[name] for name in loaded.files}
+
+
+def _read_text_table(path: Path) -> dict[str, Any]:
+    """Reads columns by their header: time (s), azimuth (degrees), and elevation or zenith (degrees), and ring."""
+    lines = read_text(path).splitlines()
+    if not lines:
+        raise LidarError(f"{path}: the file is empty")
+    names = [name.strip().lower() for name in re.split(r"[,;\t]", lines[0])]
+
+    def column(*words: str) -> int | None:
+        return next(
+            (i for i, name in enumerate(names) if name.split("/")[0].split("(")[0].strip() in words), None
+        )
+
+    at = {
+        "time": column("time", "t"),
+        "azimuth": column("azimuth"),
+        "elevation": column("elevation"),
+        "zenith": column("zenith"),
+        "ring": column("ring", "line"),
+    }
+    if at["azimuth"] is None or (at["elevation"] is None) == (at["zenith"] is None):
+        raise LidarError(
+            f"{path}, line 1: expected columns time, azimuth and elevation or zenith; found: {', '.join(names)}"
+        )
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[1:], 2):
+        if not line.strip():
+            continue
+        cells = re.split(r"[,;\t]", line)
+        values = []
+        for name, index in at.items():
+            where = f"{path}, line {number}: {name}"
+            if index is not None and index >= len(cells):
+                raise LidarError(
+                    f"{where} is missing; {len(cells)} values in a table of {len(names)} columns"
+                )
+            values.append(0.0 if index is None else finite(cells[index], where))
+        if at["zenith"] is not None:
+            values[2] = 90.0 - values[3]
+        if abs(values[2]) > 90.0:
+            raise LidarError(
+                f"{path}, line {number}: elevation is {values[2]:g}; expected degrees within +-90"
+            )
+        if rows and values[0] < rows[-1][0]:
+            raise LidarError(
+                f"{path}, line {number}: time is {values[0]:g}, before the line above ({rows[-1][0]:g})"
+            )
+        rows.append(values)
+    if not rows:
+        raise LidarError(f"{path}: the table has no rows")
+    directions = [
+        [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)]
+        for e, a in ((math.radians(row[2]), math.radians(row[1])) for row in rows)
+    ]
+    first = rows[0][0]
+    table: dict[str, Any] = {"directions": directions, "times": [row[0] - first for row in rows]}
+    if at["ring"] is not None:
+        table["rings"] = np.array([row[4] for row in rows], dtype=np.int32)
+    return table
