@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
-    from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .lidar import Lidar, Scan, load_lidar, scan
+    from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 

@@ -110,6 +110,8 @@ class CameraError(Error, ValueError):
 class LidarError(Error, ValueError):
     """An invalid lidar: an unknown device, an impossible pattern, or a calibration of another device."""
 
+    code = "invalid_lidar"
+
 
 class FormatError(Error, ValueError):
     """A malformed file, one that exceeds the budget, or one of an unknown format."""

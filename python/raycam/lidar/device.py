@@ -22,7 +22,10 @@ def device_names() -> list[str]:
 def device_description(name: object) -> dict[str, Any]:
     """Returns the description of a device; raises `LidarError` with the nearest names if it is unknown."""
     if not isinstance(name, str) or name not in device_names():
-        raise LidarError(f"{nearest('lidar', name, device_names())}; to list all devices, run: raycam lidars")
+        raise LidarError(
+            f"{nearest('lidar', name, device_names())}; to list all devices, run: raycam lidars",
+            code="unknown_name",
+        )
     return dict(_read(name))
 
 

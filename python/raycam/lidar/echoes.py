@@ -50,10 +50,7 @@ def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
     gap = np.diff(length)
     limit = APART * sigma
     cluster = np.concatenate([[0], np.cumsum(~(same & (gap <= limit)))]) if len(pulse) else np.zeros(0, int)
-    if sigma > 0.0:
-        mode = _modes(cluster, length, weight, sigma)
-    else:
-        mode = length
+    mode = _modes(cluster, length, weight, sigma) if sigma > 0.0 else length
     key = np.round(mode / max(sigma * 1e-3, 1e-9))
     ordered = np.lexsort((key, cluster))
     new = np.ones(len(ordered), bool)
@@ -75,7 +72,7 @@ def _grouped(
     """Sums contributions by their echo's number and chooses each echo's main surface."""
     count = int(number.max()) + 1 if len(number) else 0
     energy = found.energy[order]
-    total = np.bincount(number, energy, count)
+    total = np.bincount(number, energy, count).astype(float)
     surface = np.stack([found.fields["instance"][order], found.bounces[order]], axis=1)
     by_surface = np.lexsort((surface[:, 1], surface[:, 0], number))
     changed = np.ones(len(by_surface), bool)

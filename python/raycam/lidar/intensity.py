@@ -17,8 +17,10 @@ def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.
     Velodyne and Ouster: 100 for white, in proportion below, logarithmic above up to 255. Others: 255 for white.
     """
     if family not in ("velodyne", "ouster"):
-        return np.rint(np.clip(reflectivity, 0.0, 1.0) * 255.0).astype(np.uint8)
+        linear: npt.NDArray[np.uint8] = np.rint(np.clip(reflectivity, 0.0, 1.0) * 255.0).astype(np.uint8)
+        return linear
     below = np.rint(np.clip(reflectivity, 0.0, 1.0) * 100.0)
     bright = np.clip(reflectivity, 1.0, LARGEST)
     above = 100.0 + np.ceil(155.0 * np.log(bright) / np.log(LARGEST))
-    return np.where(reflectivity > 1.0, above, below).astype(np.uint8)
+    number: npt.NDArray[np.uint8] = np.where(reflectivity > 1.0, above, below).astype(np.uint8)
+    return number

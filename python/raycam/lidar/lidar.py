@@ -95,7 +95,7 @@ class Lidar:
     def _start(self, description: dict[str, Any], up: str) -> None:
         check_family(description)
         if up not in ("z", "y"):
-            raise LidarError(f'up is {up!r}; expected "z" or "y"')
+            raise LidarError(f'up is {up!r}; expected "z" or "y"', code="unknown_name")
         self._description, self._up = description, up
         self._settings: dict[str, Any] = {}
         self._track = Track(np.zeros(1), rotation_of(0.0, 0.0, 0.0, up)[None], np.zeros((1, 3)))
@@ -132,20 +132,28 @@ class Lidar:
         numbers = None if rings is None else np.asarray(rings)
         for label, array in (("times", moments), ("rings", numbers), ("origins", starts)):
             if array is not None and len(array) != count:
-                raise LidarError(f"{label} has {len(array)} rows for {count} directions; expected one each")
+                raise LidarError(
+                    f"{label} has {len(array)} rows for {count} directions; expected one each",
+                    code="wrong_shape",
+                )
         for label, array in (("directions", ways), ("times", moments), ("origins", starts)):
             if array is not None and not np.isfinite(array).all():
                 row = int(np.flatnonzero(~np.isfinite(array).reshape(count, -1).all(axis=1))[0])
-                raise LidarError(f"{label}[{row}] is {array[row].tolist()}; expected finite numbers")
+                raise LidarError(
+                    f"{label}[{row}] is {array[row].tolist()}; expected finite numbers", code="out_of_range"
+                )
         late = np.flatnonzero(np.diff(moments) < 0.0)
         if len(late):
             row = int(late[0]) + 1
-            raise LidarError(f"times[{row}] is {moments[row]}, before times[{row - 1}] ({moments[row - 1]})")
+            raise LidarError(
+                f"times[{row}] is {moments[row]}, before times[{row - 1}] ({moments[row - 1]})",
+                code="unordered_times",
+            )
         zero = np.flatnonzero(~(np.abs(ways).max(axis=1, initial=0.0) > 0.0))
         if len(zero):
-            raise LidarError(f"directions[{zero[0]}] is zero; expected a direction")
+            raise LidarError(f"directions[{zero[0]}] is zero; expected a direction", code="out_of_range")
         if numbers is not None and numbers.dtype.kind not in "iu":
-            raise LidarError(f"rings must be integers, not of dtype {numbers.dtype}")
+            raise LidarError(f"rings must be integers, not of dtype {numbers.dtype}", code="wrong_type")
         table: dict[str, Any] = {"directions": ways.tolist(), "times": moments.tolist()}
         if numbers is not None:
             table["rings"] = numbers.tolist()
@@ -173,7 +181,9 @@ class Lidar:
         force = flag("force_rate", settings.get("force_rate", self._settings.get("force_rate", False)))
         for name, value in settings.items():
             if name != "force_rate" and name not in _CHECKS:
-                raise LidarError(nearest("lidar setting", name, [*_CHECKS, "force_rate"]))
+                raise LidarError(
+                    nearest("lidar setting", name, [*_CHECKS, "force_rate"]), code="unknown_name"
+                )
             self._settings.pop(name, None)
             if value is not None and name != "force_rate":
                 self._settings[name] = _CHECKS[name](name, value)
@@ -188,20 +198,26 @@ class Lidar:
         if rates and not force and not rates[0] <= self.rate <= rates[1]:
             raise LidarError(
                 f"{self.name}: rate is {self.rate:g}; supported: {rates[0]:g} to {rates[1]:g} Hz; "
-                "to scan at any rate, pass force_rate=True"
+                "to scan at any rate, pass force_rate=True",
+                code="unsupported_rate",
             )
         offered = self._description.get("returns")
         if offered and self.returns not in offered and "returns" in self._settings and self.returns != "all":
             raise LidarError(
-                f"{self.name}: returns is {self.returns!r}; supported: {', '.join(offered)}, all"
+                f"{self.name}: returns is {self.returns!r}; supported: {', '.join(offered)}, all",
+                code="unknown_name",
             )
         if self.beam_samples > 1 and max(self.beam_divergence + self.beam_width) == 0.0:
             raise LidarError(
                 f"{self.name}: beam_samples={self.beam_samples} requires the beam's size, which is not known for this "
-                "device; pass beam_divergence=(horizontal, vertical) in radians"
+                "device; pass beam_divergence=(horizontal, vertical) in radians",
+                code="missing_value",
             )
         if self.min_range > self.max_range:
-            raise LidarError(f"min_range {self.min_range:g} exceeds max_range {self.max_range:g}")
+            raise LidarError(
+                f"min_range {self.min_range:g} exceeds max_range {self.max_range:g}",
+                code="conflicting_values",
+            )
 
     def _check_mode(self) -> None:
         modes = self._description["modes"]
@@ -213,13 +229,17 @@ class Lidar:
             self._settings["mode"] = default if default in fitting or not fitting else fitting[-1]
         mode = self._settings["mode"]
         if mode not in modes:
-            raise LidarError(f"{self.name}: mode is {mode!r}; supported: {', '.join(modes)}")
+            raise LidarError(
+                f"{self.name}: mode is {mode!r}; supported: {', '.join(modes)}", code="unknown_name"
+            )
         rate = self._settings.get("rate", float(mode.split("x")[1]))
         if rate != float(mode.split("x")[1]) and not self._settings.get("force_rate"):
             fitting = [m for m in modes if float(m.split("x")[1]) == rate]
             if not fitting:
                 raise LidarError(
-                    f"{self.name}: rate is {rate:g}; supported: 10 and 20 Hz; to scan at any rate, pass force_rate=True"
+                    f"{self.name}: rate is {rate:g}; supported: 10 and 20 Hz; "
+                    "to scan at any rate, pass force_rate=True",
+                    code="unsupported_rate",
                 )
             self._settings["mode"] = fitting[-1]
         self._settings["rate"] = rate
@@ -236,6 +256,11 @@ class Lidar:
     def title(self) -> str:
         """The device's manufacturer and model."""
         return str(self._description.get("title", self.name))
+
+    @property
+    def sources(self) -> list[str]:
+        """The documents and programs that the device's numbers come from."""
+        return list(self._description.get("sources", []))
 
     @property
     def family(self) -> str:
@@ -255,8 +280,8 @@ class Lidar:
     @property
     def returns(self) -> Returns:
         """The echoes of a pulse that are reported."""
-        chosen: Returns = self._value("default_returns", "strongest")
-        return self._settings.get("returns", chosen)
+        chosen: Returns = self._settings.get("returns") or self._value("default_returns", "strongest")
+        return chosen
 
     @property
     def max_returns(self) -> int:
@@ -351,12 +376,14 @@ class Lidar:
         """Returns the lidar at another pose: sensor_from_world [3, 3] and its position [3] in the world."""
         turn = floats("R", R, (3, 3), error=LidarError)
         if not np.abs(product(turn, turn.T) - np.eye(3)).max() < 1e-6 or not np.linalg.det(turn) > 0.0:
-            raise LidarError(f"R must be a rotation matrix sensor_from_world, not {turn.tolist()}")
+            raise LidarError(
+                f"R must be a rotation matrix sensor_from_world, not {turn.tolist()}", code="not_a_rotation"
+            )
         return self._at(turn.T, floats("C", C, (3,), error=LidarError))
 
     def _at(self, world_from_sensor: Floats, place: Floats) -> Self:
         if not np.isfinite(place).all():
-            raise LidarError(f"the position must be finite, not {place.tolist()}")
+            raise LidarError(f"the position must be finite, not {place.tolist()}", code="out_of_range")
         return self._copy(track=Track(np.zeros(1), world_from_sensor[None], place[None]))
 
     def moving(self, to: Self | Sequence[tuple[float, Self]]) -> Self:
@@ -370,10 +397,10 @@ class Lidar:
         else:
             steps = [(real("seconds", time, error=LidarError), lidar) for time, lidar in to]
         if not steps or any(not isinstance(lidar, Lidar) for _, lidar in steps):
-            raise LidarError("moving requires a lidar or a list of (seconds, lidar)")
+            raise LidarError("moving requires a lidar or a list of (seconds, lidar)", code="wrong_type")
         times = np.array([time for time, _ in steps])
         if (np.diff(times) <= 0.0).any():
-            raise LidarError(f"moving: times must ascend, got {times.tolist()}")
+            raise LidarError(f"moving: times must ascend, got {times.tolist()}", code="unordered_times")
         poses = [lidar._track for _, lidar in steps]
         turns = np.stack([pose.rotations[0] for pose in poses])
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
@@ -444,12 +471,15 @@ class Lidar:
         return self.to_dict() == other.to_dict() if isinstance(other, Lidar) else NotImplemented
 
     def __hash__(self) -> int:
+        """Equal lidars have equal hashes."""
         return hash(json.dumps(self.to_dict(), sort_keys=True))
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        """Pickles the description."""
         return type(self).from_dict, (self.to_dict(),)
 
     def __repr__(self) -> str:
+        """Shows device, rate and pulses."""
         return f"<raycam.Lidar {self.title}: {self.rate:g} Hz, {len(self.pattern())} pulses per frame>"
 
 
@@ -463,14 +493,18 @@ def _number(name: str, value: Any) -> float:
 def _pair(name: str, value: Any) -> list[float]:
     values = [value] * 2 if np.ndim(value) == 0 else list(value)
     if len(values) != 2:
-        raise LidarError(f"{name} must be one number or (horizontal, vertical), not {value!r}")
+        raise LidarError(
+            f"{name} must be one number or (horizontal, vertical), not {value!r}", code="wrong_shape"
+        )
     return [real(name, one, 0.0, 1.0, error=LidarError) for one in values]
 
 
 def _choice(options: Sequence[Any]) -> Callable[[str, Any], Any]:
     def check(name: str, value: Any) -> Any:
         if value not in options or isinstance(value, bool):
-            raise LidarError(f"{name} is {value!r}; options: {', '.join(map(str, options))}")
+            raise LidarError(
+                f"{name} is {value!r}; options: {', '.join(map(str, options))}", code="unknown_name"
+            )
         return value
 
     return check
@@ -478,7 +512,7 @@ def _choice(options: Sequence[Any]) -> Callable[[str, Any], Any]:
 
 def _mode_name(name: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise LidarError(f'{name} must be a string such as "1024x10", not {value!r}')
+        raise LidarError(f'{name} must be a string such as "1024x10", not {value!r}', code="wrong_type")
     return value
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -56,9 +57,30 @@ class Contributions:
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
         order = np.lexsort((self.bounces, self.length, self.ray, self.pulse))
-        fields = {name: array[order] for name, array in self.fields.items()}
-        arrays = (self.pulse, self.ray, self.length, self.energy, self.bounces, self.first_instance)
-        return Contributions(*(array[order] for array in arrays), fields, self.deflected)
+        return Contributions(
+            self.pulse[order],
+            self.ray[order],
+            self.length[order],
+            self.energy[order],
+            self.bounces[order],
+            self.first_instance[order],
+            {name: array[order] for name, array in self.fields.items()},
+            self.deflected,
+        )
+
+    @staticmethod
+    def joined(parts: Sequence[Contributions], deflected: npt.NDArray[np.bool_]) -> Contributions:
+        """Returns the contributions of all `parts`, in their order."""
+        return Contributions(
+            np.concatenate([part.pulse for part in parts]),
+            np.concatenate([part.ray for part in parts]),
+            np.concatenate([part.length for part in parts]),
+            np.concatenate([part.energy for part in parts]),
+            np.concatenate([part.bounces for part in parts]),
+            np.concatenate([part.first_instance for part in parts]),
+            {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields},
+            deflected,
+        )
 
 
 @dataclass
@@ -90,12 +112,12 @@ def trace_paths(
     origins: Floats,
     directions: Floats,
     weights: Floats,
-    times: Floats,
+    times: Floats | None,
     *,
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
-    """Returns what surfaces return of beams with rays [n, k, 3] and weights [k], at times [n].
+    """Returns what surfaces return of beams with rays [n, k, 3] and weights [k], at `times` [n] (None: the world's).
 
     Each ray's path is a tree: at a smooth interface it goes on reflected with the share F and refracted with 1 - F
     (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
@@ -126,7 +148,7 @@ def trace_paths(
         hits = world.cast_rays(
             rays.origins,
             rays.directions,
-            times=times[rays.pulse],
+            times=0.0 if times is None else times[rays.pulse],
             t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0),
             skip=(rays.skip, rays.skip_triangle),
             fields=HIT_FIELDS,
@@ -136,13 +158,14 @@ def trace_paths(
         deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
         met = np.flatnonzero(~missed)
         rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
-        surfaces.of(hits["material"], hits["instance"], hits["triangle"])
+        surfaces.read(hits["material"], hits["instance"], hits["triangle"])
+        surfaces.note_colors(hits["albedo"])
         first = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
         rays.first_instance = first.astype(np.int32)
         part, cosine = _returned(surfaces, rays, hits, deflected)
         parts.append(part)
         rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected)
-    return _joined(parts, deflected).sorted()
+    return Contributions.joined(parts, deflected).sorted()
 
 
 def _returned(
@@ -254,10 +277,3 @@ def _at_interface(
     index = np.where(thin[passing], rays.index[at][passing], behind[passing])
     refracted = follow(at[passing], bent, 1.0 - reflectance[passing], index, 1)
     return [reflected, refracted]
-
-
-def _joined(parts: list[Contributions], deflected: npt.NDArray[np.bool_]) -> Contributions:
-    names = ("pulse", "ray", "length", "energy", "bounces", "first_instance")
-    arrays = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
-    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}
-    return Contributions(*arrays, fields, deflected)

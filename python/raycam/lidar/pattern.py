@@ -49,6 +49,7 @@ class Pattern:
     """Rings and columns of an organised image; (0, 0) if the pulses form none."""
 
     def __len__(self) -> int:
+        """Returns the number of pulses."""
         return len(self.times)
 
 
@@ -57,7 +58,7 @@ def check_count(count: int) -> None:
     if count > MAX_PULSES:
         raise MemoryError(
             f"a frame of {count} pulses needs about {count * PULSE_BYTES / 2**30:.0f} GiB; limit: {MAX_PULSES} pulses; "
-            "split the pattern into several frames"
+            "increase the rate, or split the pattern into several frames"
         )
 
 
@@ -117,7 +118,8 @@ def unit_vectors(vectors: Floats) -> Floats:
     bad = np.flatnonzero(~((length > 0.0) & np.isfinite(length)))
     if len(bad):
         raise LidarError(
-            f"directions[{bad[0]}] is {vectors[bad[0]].tolist()}; expected a finite vector other than 0"
+            f"directions[{bad[0]}] is {vectors[bad[0]].tolist()}; expected a finite vector other than 0",
+            code="out_of_range",
         )
     unit: Floats = vectors / length[:, None]
     return unit

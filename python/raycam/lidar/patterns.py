@@ -120,4 +120,6 @@ def check_family(description: dict[str, Any]) -> None:
     """Raises `LidarError` for a description without a known family and its table."""
     family = description.get("family")
     if family not in FAMILIES or family not in description:
-        raise LidarError(f"unknown lidar family {family!r}; options: {', '.join(FAMILIES)}")
+        raise LidarError(
+            f"unknown lidar family {family!r}; options: {', '.join(FAMILIES)}", code="unknown_name"
+        )

@@ -39,13 +39,15 @@ class Scan(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         """Returns a field; raises `LidarError` with the nearest name if it is unknown."""
         if name not in self._columns:
-            raise LidarError(nearest("field of a scan", name, list(self._columns)))
+            raise LidarError(nearest("field of a scan", name, list(self._columns)), code="unknown_name")
         return self._columns[name]
 
     def __contains__(self, name: object) -> bool:
+        """True if the scan has a field of this name."""
         return name in self._columns
 
     def __iter__(self) -> Iterator[str]:
+        """Iterates over the names of the fields."""
         return iter(self._columns)
 
     def __len__(self) -> int:
@@ -53,6 +55,7 @@ class Scan(Mapping[str, Array]):
         return len(self._columns)
 
     def __repr__(self) -> str:
+        """Shows the device and the number of points."""
         return f"<raycam.Scan of {self._lidar.title}: {self.count} points, {len(self._columns)} fields>"
 
     @property
@@ -105,7 +108,8 @@ class Scan(Mapping[str, Array]):
         rows, columns = self._pattern.shape
         if not rows:
             raise LidarError(
-                f"{self._lidar.name}: this pattern has no rows and columns, so it forms no image"
+                f"{self._lidar.name}: this pattern has no rows and columns, so it forms no image",
+                code="wrong_shape",
             )
         values = self[field]
         chosen = (self["lost"] == 0) & (self["return"] == echo)
@@ -118,15 +122,17 @@ class Scan(Mapping[str, Array]):
                 picture[row] = np.roll(picture[row], shift, axis=0)
         return picture
 
-    def save(self, path: str | os.PathLike[str], *, fields: Iterable[str] | None = None) -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, fields: Iterable[str] | None = None, in_world: bool = False
+    ) -> None:
         """Writes the points to a file; the extension selects the format.
 
         `.pcd` (0.7, binary), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), and `.bin` of KITTI (x, y, z and
         intensity from 0 to 1, float32). `fields` are written besides the position (default: those that readers of the
-        format expect, and ids). Lost pulses are not written, except to .npz. Raises `LidarError` for an unknown
-        extension or field.
+        format expect, and ids); with `in_world`, positions are in world coordinates. Lost pulses are not written,
+        except to .npz. Raises `LidarError` for an unknown extension or field.
         """
-        save_scan(self, path, fields)
+        save_scan(self, path, fields, flag("in_world", in_world))
 
 
 def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:
@@ -141,5 +147,5 @@ def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:
 def _pixel_shifts(lidar: Lidar, pattern: Pattern) -> list[int]:
     """Returns the columns by which Ouster shifts each row to the right; raises `LidarError` for other devices."""
     if lidar.family != "ouster":
-        raise LidarError(f"{lidar.name}: staggered=False is for Ouster's devices")
+        raise LidarError(f"{lidar.name}: staggered=False is for Ouster's devices", code="wrong_device")
     return lidar.pixel_shifts(pattern.shape[1])

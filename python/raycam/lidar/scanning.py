@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from ..arguments import Floats, flag, whole
 from ..errors import LidarError
-from ..notices import warn
 from .beam import beam_rays
 from .echoes import Echoes, find_echoes
 from .intensity import device_intensity
@@ -19,6 +18,7 @@ from .paths import Contributions, trace_paths
 from .pattern import Pattern, cosines, sines
 from .pose import transform
 from .random_numbers import standard_normals, uniform_numbers
+from .scan_notices import LOST, warn_of_assumed_reflectance, warn_of_device, warn_of_empty_scan, warn_of_times
 from .scan_result import Scan
 from .surfaces import SurfaceTable
 
@@ -31,8 +31,6 @@ LIGHT_SPEED = 299792458.0
 THRESHOLD = 5.0
 """The detection threshold, in standard deviations of the receiver's noise."""
 RAYS_PER_BLOCK = 1 << 19
-LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected away", "missed by chance")
-"""The meaning of the values of the field `lost`."""
 KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -80,10 +78,11 @@ def scan(
     Energy: laser radar equation for extended targets (Wagner et al. 2006); detection: 5 sigma above the noise.
     """
     if not isinstance(lidar, Lidar):
-        raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}")
+        raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
     frame = whole("frame", frame, 0, 2**31 - 1)
     keep_lost = flag("keep_lost", keep_lost)
-    _warn_about(world, lidar)
+    warn_of_device(lidar)
+    warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
     settings = lidar.settings
     found, axis = _trace(world, lidar, pattern, settings, frame, threads)
@@ -92,34 +91,11 @@ def scan(
     chosen = _selected(echoes, lost == KEPT, lidar)
     columns = _columns(pattern, echoes, found, chosen, signal, axis, lidar, frame)
     reasons = _reasons(len(pattern), echoes, lost, found, chosen)
+    if not len(chosen):
+        warn_of_empty_scan(lidar, reasons)
     if keep_lost:
         columns = _with_lost(pattern, columns, reasons, axis)
-    elif not len(chosen):
-        counts = ", ".join(
-            f"{LOST[code]}: {np.count_nonzero(reasons == code)}" for code in np.unique(reasons)
-        )
-        warn(f"{lidar.name}: the scan has no points; pulses lost: {counts}")
     return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
-
-
-def _warn_about(world: World, lidar: Lidar) -> None:
-    """Warns of generic angles, and of a frame that ends after the world's video."""
-    if lidar.is_generic:
-        way = 'pass the unit\'s file to raycam.load_lidar("FILE")'
-        if lidar.family == "golden":
-            warn(f"{lidar.name}: using a substitute pattern that covers the field of view evenly; {way}")
-        else:
-            warn(
-                f"{lidar.name}: using generic angles, which differ from a unit's own by up to a few degrees; {way}"
-            )
-    core = world._core
-    if core.time is not None and core.video is not None:
-        end = core.video[1]
-        if core.time + 1.0 / lidar.rate > end * (1.0 + 1e-9):
-            warn(
-                f"the frame ends at {core.time + 1.0 / lidar.rate:g} s, after the world's video of {end:g} s; objects "
-                "stand still after it"
-            )
 
 
 def _trace(
@@ -153,23 +129,17 @@ def _trace(
             origins,
             directions,
             weights,
-            pattern.times[block],
+            None if world._core.time is None else pattern.times[block],
             max_bounces=settings["max_bounces"],
             threads=threads,
         )
         part.pulse = part.pulse + first
         parts.append(part)
-    found = _joined(parts)
+    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored)
+    found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
     if math.isfinite(settings["visibility"] or math.inf):
         found.energy = found.energy * np.exp(-2.0 * math.log(20.0) / settings["visibility"] * found.length)
     return found, _along_axis(found, count)
-
-
-def _joined(parts: list[Contributions]) -> Contributions:
-    names = ("pulse", "ray", "length", "energy", "bounces", "first_instance")
-    arrays = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
-    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}
-    return Contributions(*arrays, fields, np.concatenate([part.deflected for part in parts]))
 
 
 def _along_axis(found: Contributions, count: int) -> Columns:
@@ -262,7 +232,8 @@ def _selected(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) -> npt
         both = np.zeros(int(pulse.max()) + 1 if len(pulse) else 0, bool)
         both[pulse[last & (by_energy == 0)]] = True
         chosen = (by_energy == 0) | last | (both[pulse] & (by_energy == 1))
-    return at[chosen]
+    picked: npt.NDArray[np.int64] = at[chosen]
+    return picked
 
 
 def _columns(
@@ -329,7 +300,8 @@ def _noisy(
         z[chosen] = standard_normals(pulses, settings["seed"], frame, "distance", echo)[pulse[chosen]]
     noisy = distance + sigma * z
     step = settings["step"]
-    return np.round(noisy / step) * step if step > 0.0 else noisy
+    counted: Floats = np.round(noisy / step) * step if step > 0.0 else noisy
+    return counted
 
 
 def _reasons(

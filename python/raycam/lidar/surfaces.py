@@ -54,17 +54,23 @@ class SurfaceTable:
     def __init__(self, world: World) -> None:
         self._world = world
         self._known: dict[int, Surface] = {}
+        self.is_colored = False
+        """True if some hit has a base colour that is not grey."""
 
-    def of(
+    def note_colors(self, albedo: npt.NDArray[Any]) -> None:
+        """Notes whether base colours [n, 3] of hits differ between their channels."""
+        if not self.is_colored:
+            self.is_colored = bool((albedo != albedo[:, :1]).any())
+
+    def read(
         self, material: npt.NDArray[Any], instance: npt.NDArray[Any], triangle: npt.NDArray[Any]
-    ) -> list[Surface]:
-        """Returns the distinct surfaces of hits, and remembers them; -1 is no hit."""
+    ) -> None:
+        """Reads the surfaces of hits that are not known yet; -1 is no hit."""
         numbers, first = np.unique(material, return_index=True)
         for number, at in zip(numbers.tolist(), first.tolist(), strict=True):
             if number >= 0 and number not in self._known:
                 described = json.loads(self._world._core.material(int(instance[at]), int(triangle[at])))
                 self._known[number] = read_surface(described)
-        return [self._known[number] for number in numbers.tolist() if number >= 0]
 
     def column(self, material: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
         """Returns a property of the surface of each hit; the default of `Surface` for -1."""

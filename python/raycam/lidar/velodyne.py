@@ -117,10 +117,11 @@ def laser_from_keys(keys: dict[str, float], where: str) -> Laser:
     """Returns the laser of a calibration file; raises `LidarError` with `where` for missing or impossible values."""
     for name in ("vert_correction", "rot_correction"):
         if name not in keys:
-            raise LidarError(f"{where}: key {name} is missing")
+            raise LidarError(f"{where}: key {name} is missing", code="missing_value")
     if not abs(keys["vert_correction"]) <= math.pi / 2:
         raise LidarError(
-            f"{where}: vert_correction is {keys['vert_correction']}; expected radians within +-pi/2 (90 degrees)"
+            f"{where}: vert_correction is {keys['vert_correction']}; expected radians within +-pi/2 (90 degrees)",
+            code="out_of_range",
         )
     known = {name: value for name, value in keys.items() if name in _NUMBERS and name != "height"}
     if not (known.get("dist_correction_x") or known.get("dist_correction_y")):

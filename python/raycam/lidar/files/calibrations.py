@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ...errors import LidarError
 from ..device import device_description
@@ -33,7 +33,13 @@ READERS: dict[str, Callable[[Path, str | None], dict[str, Any]]] = {
 """The reader of each extension: (path, device) -> description."""
 
 
-def load_lidar(path: str | os.PathLike[str], device: str | None = None, **settings: Any) -> Lidar:
+def load_lidar(
+    path: str | os.PathLike[str],
+    device: str | None = None,
+    *,
+    up: Literal["z", "y"] = "z",
+    **settings: Any,
+) -> Lidar:
     """Returns the lidar of a calibration file: the angles, offsets and times of an individual unit.
 
     ================= ==========================================================================================
@@ -46,17 +52,19 @@ def load_lidar(path: str | os.PathLike[str], device: str | None = None, **settin
     ================= ==========================================================================================
 
     `device` names the device (`raycam lidars`), whose other numbers apply (default: by the number of lasers in the
-    file). `settings` are those of `Lidar`. Raises `LidarError` with file, line and value for a malformed file or
+    file); `up` and `settings` as for `Lidar`. Raises `LidarError` with file, line and value for a malformed file or
     the calibration of another device, and `FileNotFoundError`.
     """
     file = Path(path)
     reader = READERS.get(file.suffix.lower())
     if reader is None:
-        raise LidarError(f"{file}: unknown extension; supported: {', '.join(READERS)}")
+        raise LidarError(f"{file}: unknown extension; supported: {', '.join(READERS)}", code="unknown_format")
     size = file.stat().st_size
     if size > MAX_FILE_BYTES:
-        raise LidarError(f"{file}: {size} bytes; a calibration has at most {MAX_FILE_BYTES}")
+        raise LidarError(
+            f"{file}: {size} bytes; a calibration has at most {MAX_FILE_BYTES}", code="budget_exceeded"
+        )
     if device is not None:
         device_description(device)
     description = reader(file, device)
-    return Lidar._described(description, settings)
+    return Lidar._described(description, settings, up)

@@ -22,7 +22,9 @@ def read_hesai(path: Path, device: str | None) -> dict[str, Any]:
         return read_table(path, device)
     for wanted in ("elevation", "azimuth"):
         if not any(name.startswith(wanted) for name in names):
-            raise LidarError(f"{path}, line 1: column {wanted} is missing; found: {', '.join(names)}")
+            raise LidarError(
+                f"{path}, line 1: column {wanted} is missing; found: {', '.join(names)}", code="missing_value"
+            )
     tilt = next(i for i, name in enumerate(names) if name.startswith("elevation"))
     turn = next(i for i, name in enumerate(names) if name.startswith("azimuth"))
     channels: dict[int, tuple[float, float]] = {}
@@ -31,19 +33,21 @@ def read_hesai(path: Path, device: str | None) -> dict[str, Any]:
             continue
         cells, where = line.split(","), f"{path}, line {number}"
         if len(cells) != len(names):
-            raise LidarError(f"{where}: {len(cells)} values; expected {len(names)}")
+            raise LidarError(f"{where}: {len(cells)} values; expected {len(names)}", code="wrong_shape")
         channel = int(finite(cells[0], f"{where}: channel"))
         elevation, azimuth = (
             finite(cells[tilt], f"{where}: elevation"),
             finite(cells[turn], f"{where}: azimuth"),
         )
         if abs(elevation) > 90.0:
-            raise LidarError(f"{where}: elevation is {elevation}; expected degrees within +-90")
+            raise LidarError(
+                f"{where}: elevation is {elevation}; expected degrees within +-90", code="out_of_range"
+            )
         if channel in channels:
-            raise LidarError(f"{where}: channel {channel} is listed twice")
+            raise LidarError(f"{where}: channel {channel} is listed twice", code="duplicate_name")
         channels[channel] = (elevation, azimuth)
     if sorted(channels) != list(range(1, len(channels) + 1)):
-        raise LidarError(f"{path}: channels must be 1 to {len(channels)}, each once")
+        raise LidarError(f"{path}: channels must be 1 to {len(channels)}, each once", code="duplicate_name")
     description = base_description(path, device, "hesai", len(channels), BY_CHANNELS)
     rows = [channels[channel] for channel in sorted(channels)]
     description["hesai"] = {

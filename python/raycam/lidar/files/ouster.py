@@ -31,11 +31,11 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     try:
         document = json.loads(read_text(path))
     except ValueError as fault:
-        raise LidarError(f"{path}: not a JSON file: {fault}") from None
+        raise LidarError(f"{path}: not a JSON file: {fault}", code="syntax") from None
     except RecursionError:
-        raise LidarError(f"{path}: the JSON file is nested too deeply") from None
+        raise LidarError(f"{path}: the JSON file is nested too deeply", code="syntax") from None
     if not isinstance(document, dict):
-        raise LidarError(f"{path}: expected a JSON object with Ouster's metadata")
+        raise LidarError(f"{path}: expected a JSON object with Ouster's metadata", code="syntax")
     keys: dict[str, Any] = dict(document)
     for section in SECTIONS:
         if isinstance(document.get(section), dict):
@@ -44,7 +44,8 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     azimuths = _angles(path, keys, "beam_azimuth_angles", 360.0)
     if len(altitudes) != len(azimuths):
         raise LidarError(
-            f"{path}: {len(altitudes)} beam_altitude_angles and {len(azimuths)} beam_azimuth_angles"
+            f"{path}: {len(altitudes)} beam_altitude_angles and {len(azimuths)} beam_azimuth_angles",
+            code="wrong_shape",
         )
     description = base_description(
         path, device or _device(keys, len(altitudes)), "ouster", len(altitudes), BY_ROWS
@@ -53,7 +54,10 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     if isinstance(mode, str) and mode in description["modes"]:
         description["mode"] = mode
     elif mode is not None:
-        raise LidarError(f"{path}: lidar_mode is {mode!r}; supported: {', '.join(description['modes'])}")
+        raise LidarError(
+            f"{path}: lidar_mode is {mode!r}; supported: {', '.join(description['modes'])}",
+            code="unknown_name",
+        )
     table: dict[str, Any] = {
         "beam_altitude_angles": altitudes,
         "beam_azimuth_angles": azimuths,
@@ -66,7 +70,10 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     if shifts is not None:
         values = _numbers(path, "pixel_shift_by_row", shifts)
         if len(values) != len(altitudes):
-            raise LidarError(f"{path}: {len(values)} values of pixel_shift_by_row for {len(altitudes)} rows")
+            raise LidarError(
+                f"{path}: {len(values)} values of pixel_shift_by_row for {len(altitudes)} rows",
+                code="wrong_shape",
+            )
         table["pixel_shift_by_row"] = [int(value) for value in values]
     description["ouster"] = table
     return description
@@ -82,13 +89,15 @@ def _device(keys: dict[str, Any], rows: int) -> str | None:
 
 def _angles(path: Path, keys: dict[str, Any], name: str, limit: float) -> list[float]:
     if name not in keys:
-        raise LidarError(f"{path}: key {name} is missing; expected Ouster's metadata")
+        raise LidarError(f"{path}: key {name} is missing; expected Ouster's metadata", code="missing_value")
     angles = _numbers(path, name, keys[name])
     for row, angle in enumerate(angles):
         if abs(angle) > limit:
-            raise LidarError(f"{path}: {name}[{row}] is {angle}; expected degrees within +-{limit:g}")
+            raise LidarError(
+                f"{path}: {name}[{row}] is {angle}; expected degrees within +-{limit:g}", code="out_of_range"
+            )
     if not any(angles):
-        raise LidarError(f"{path}: all {name} are 0; the file contains no calibration")
+        raise LidarError(f"{path}: all {name} are 0; the file contains no calibration", code="missing_value")
     return angles
 
 
@@ -96,14 +105,14 @@ def _numbers(path: Path, name: str, values: object) -> list[float]:
     if isinstance(values, list) and values and isinstance(values[0], list):
         values = [value for row in values for value in row]  # newer files nest matrices
     if not isinstance(values, list) or not values:
-        raise LidarError(f"{path}: {name} must be a list of numbers")
+        raise LidarError(f"{path}: {name} must be a list of numbers", code="wrong_type")
     return [finite(value, f"{path}: {name}[{row}]") for row, value in enumerate(values)]
 
 
 def _matrix(path: Path, keys: dict[str, Any], name: str, default: tuple[float, ...]) -> list[float]:
     values = _numbers(path, name, keys[name]) if keys.get(name) else list(default)
     if len(values) != 16:
-        raise LidarError(f"{path}: {name} has {len(values)} numbers; expected 16")
+        raise LidarError(f"{path}: {name} has {len(values)} numbers; expected 16", code="wrong_shape")
     return values
 
 

@@ -17,7 +17,9 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as fault:
-        raise LidarError(f"{path}: not a text file (byte {fault.start} is not UTF-8)") from None
+        raise LidarError(
+            f"{path}: not a text file (byte {fault.start} is not UTF-8)", code="syntax"
+        ) from None
 
 
 def finite(text: object, where: str) -> float:
@@ -25,9 +27,9 @@ def finite(text: object, where: str) -> float:
     try:
         value = float(text)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise LidarError(f"{where}: expected a number, got {text!r}") from None
+        raise LidarError(f"{where}: expected a number, got {text!r}", code="wrong_type") from None
     if not math.isfinite(value):
-        raise LidarError(f"{where}: expected a finite number, got {text!r}")
+        raise LidarError(f"{where}: expected a finite number, got {text!r}", code="out_of_range")
     return value
 
 
@@ -41,13 +43,19 @@ def base_description(
     name = device or by_lasers.get(lasers)
     if name is None:
         counts = ", ".join(str(count) for count in sorted(by_lasers))
-        raise LidarError(f"{path}: {lasers} lasers; known {family} devices have {counts}")
+        raise LidarError(
+            f"{path}: {lasers} lasers; known {family} devices have {counts}", code="wrong_device"
+        )
     description = device_description(name)
     if description["family"] != family:
-        raise LidarError(f"{path}: this is a calibration of a {family} device, but {name} is not one")
+        raise LidarError(
+            f"{path}: this is a calibration of a {family} device, but {name} is not one", code="wrong_device"
+        )
     own = laser_count(description)
     if own != lasers:
-        raise LidarError(f"{path}: this calibration has {lasers} lasers, but {name} has {own}")
+        raise LidarError(
+            f"{path}: this calibration has {lasers} lasers, but {name} has {own}", code="wrong_device"
+        )
     description.pop("generic", None)
     description["title"] = f"{description['title']}, {path.name}"
     return description

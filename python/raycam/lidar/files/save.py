@@ -46,19 +46,29 @@ FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
 """The writer of each extension, and the fields besides the position; None: all."""
 
 
-def save_scan(scan: Scan, path: str | os.PathLike[str], fields: Iterable[str] | None) -> None:
+def save_scan(scan: Scan, path: str | os.PathLike[str], fields: Iterable[str] | None, in_world: bool) -> None:
     """Writes a scan; see `Scan.save`."""
-    write(path, encode_scan(scan, Path(path).suffix, fields))
+    write(path, encode_scan(scan, Path(path).suffix, fields, in_world=in_world))
 
 
-def encode_scan(scan: Scan, extension: str, fields: Iterable[str] | None = None) -> bytes:
-    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
+def check_extension(extension: str) -> None:
+    """Raises `LidarError` if `extension`, such as ".pcd", belongs to no format of point clouds."""
     if extension.lower() not in FORMATS:
-        raise LidarError(nearest("extension of a point cloud", extension, list(FORMATS)))
+        raise LidarError(
+            nearest("extension of a point cloud", extension, list(FORMATS)), code="unknown_format"
+        )
+
+
+def encode_scan(
+    scan: Scan, extension: str, fields: Iterable[str] | None = None, *, in_world: bool = False
+) -> bytes:
+    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
+    check_extension(extension)
     write, defaults = FORMATS[extension.lower()]
     chosen = _chosen(scan, extension, fields, defaults)
     rows = slice(None) if extension.lower() == ".npz" else scan["lost"] == 0
-    arrays = {"position": scan["position"][rows], **{name: scan[name][rows] for name in chosen}}
+    position = scan.in_world() if in_world else scan["position"]
+    arrays = {"position": position[rows], **{name: scan[name][rows] for name in chosen}}
     return write(arrays)
 
 
@@ -68,13 +78,16 @@ def _chosen(
     if fields is None:
         return list(defaults if defaults is not None else scan)
     if isinstance(fields, str):
-        raise LidarError(f"fields must be several names, not the string {fields!r}")
+        raise LidarError(f"fields must be several names, not the string {fields!r}", code="wrong_type")
     names = [name for name in fields if name != "position"]
     for name in names:
         if name not in scan:
-            raise LidarError(nearest("field of a scan", name, list(scan)))
+            raise LidarError(nearest("field of a scan", name, list(scan)), code="unknown_name")
     if extension.lower() == ".bin" and names != ["intensity"]:
-        raise LidarError(f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}")
+        raise LidarError(
+            f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}",
+            code="cannot_write",
+        )
     if extension.lower() == ".las":
         needed = [name for name in ("intensity", "return", "returns", "time") if name not in names]
         names = [*needed, *names]

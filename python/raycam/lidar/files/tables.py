@@ -20,14 +20,12 @@ ARRAYS = ("directions", "times", "rings", "origins")
 
 def read_table(path: Path, device: str | None) -> dict[str, Any]:
     """Returns the description of a table of pulses; `device` supplies the other numbers, if given."""
-    if path.suffix.lower() in (".npy", ".npz"):
-        arrays = _read_arrays(path)
-    else:
-        arrays = _read_text_table(path)
+    read = _read_arrays if path.suffix.lower() in (".npy", ".npz") else _read_text_table
+    arrays = read(path)
     try:
         description = Lidar.of(**arrays, name=path.stem)._description
     except LidarError as fault:
-        raise LidarError(f"{path}: {fault}") from None
+        raise LidarError(f"{path}: {fault}", code=fault.code) from None
     if device is not None:
         from ..device import device_description
 
@@ -43,14 +41,15 @@ def _read_arrays(path: Path) -> dict[str, Any]:
     try:
         loaded = np.load(path, allow_pickle=False)
     except (ValueError, OSError, EOFError) as fault:
-        raise LidarError(f"{path}: not a file of NumPy arrays: {fault}") from None
+        raise LidarError(f"{path}: not a file of NumPy arrays: {fault}", code="syntax") from None
     if isinstance(loaded, np.ndarray):
         return {"directions": loaded}
     with loaded:
         unknown = set(loaded.files) - set(ARRAYS)
         if unknown or "directions" not in loaded.files:
             raise LidarError(
-                f"{path}: arrays {', '.join(loaded.files)}; expected directions, and optionally times, rings, origins"
+                f"{path}: arrays {', '.join(loaded.files)}; expected directions, and optionally times, rings, origins",
+                code="wrong_shape",
             )
         return {name: loaded[name] for name in loaded.files}
 
@@ -59,7 +58,7 @@ def _read_text_table(path: Path) -> dict[str, Any]:
     """Reads columns by their header: time (s), azimuth (degrees), and elevation or zenith (degrees), and ring."""
     lines = read_text(path).splitlines()
     if not lines:
-        raise LidarError(f"{path}: the file is empty")
+        raise LidarError(f"{path}: the file is empty", code="missing_value")
     names = [name.strip().lower() for name in re.split(r"[,;\t]", lines[0])]
 
     def column(*words: str) -> int | None:
@@ -76,7 +75,8 @@ def _read_text_table(path: Path) -> dict[str, Any]:
     }
     if at["azimuth"] is None or (at["elevation"] is None) == (at["zenith"] is None):
         raise LidarError(
-            f"{path}, line 1: expected columns time, azimuth and elevation or zenith; found: {', '.join(names)}"
+            f"{path}, line 1: expected columns time, azimuth and elevation or zenith; found: {', '.join(names)}",
+            code="wrong_shape",
         )
     rows: list[list[float]] = []
     for number, line in enumerate(lines[1:], 2):
@@ -88,22 +88,25 @@ def _read_text_table(path: Path) -> dict[str, Any]:
             where = f"{path}, line {number}: {name}"
             if index is not None and index >= len(cells):
                 raise LidarError(
-                    f"{where} is missing; {len(cells)} values in a table of {len(names)} columns"
+                    f"{where} is missing; {len(cells)} values in a table of {len(names)} columns",
+                    code="missing_value",
                 )
             values.append(0.0 if index is None else finite(cells[index], where))
         if at["zenith"] is not None:
             values[2] = 90.0 - values[3]
         if abs(values[2]) > 90.0:
             raise LidarError(
-                f"{path}, line {number}: elevation is {values[2]:g}; expected degrees within +-90"
+                f"{path}, line {number}: elevation is {values[2]:g}; expected degrees within +-90",
+                code="out_of_range",
             )
         if rows and values[0] < rows[-1][0]:
             raise LidarError(
-                f"{path}, line {number}: time is {values[0]:g}, before the line above ({rows[-1][0]:g})"
+                f"{path}, line {number}: time is {values[0]:g}, before the line above ({rows[-1][0]:g})",
+                code="unordered_times",
             )
         rows.append(values)
     if not rows:
-        raise LidarError(f"{path}: the table has no rows")
+        raise LidarError(f"{path}: the table has no rows", code="missing_value")
     directions = [
         [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)]
         for e, a in ((math.radians(row[2]), math.radians(row[1])) for row in rows)

@@ -47,7 +47,7 @@ def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:
         where = f"{path}, line {number}"
         found = ENTRY.match(line)
         if found is None:
-            raise LidarError(f"{where}: expected `key: number`, got {line[:60]!r}")
+            raise LidarError(f"{where}: expected `key: number`, got {line[:60]!r}", code="syntax")
         key, value = found["key"], found["value"]
         if found["new"]:
             lasers.append({})
@@ -60,7 +60,7 @@ def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:
         elif lasers and key in ("two_pt_correction_available",):
             continue
         else:
-            raise LidarError(f"{where}: {key} must be a number of a laser, got {value!r}")
+            raise LidarError(f"{where}: {key} must be a number of a laser, got {value!r}", code="wrong_type")
     return _description(path, device, header, lasers)
 
 
@@ -72,11 +72,11 @@ def read_velodyne_xml(path: Path, device: str | None) -> dict[str, Any]:
     """Returns the description of a unit calibrated by Velodyne's db.xml, in degrees and centimetres."""
     text = read_text(path)
     if "<!ENTITY" in text:
-        raise LidarError(f"{path}: entities are not supported")
+        raise LidarError(f"{path}: entities are not supported", code="syntax")
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as fault:
-        raise LidarError(f"{path}: not an XML file: {fault}") from None
+        raise LidarError(f"{path}: not an XML file: {fault}", code="syntax") from None
     lasers = []
     for item in root.iter("px"):
         identity = item.find("id_")
@@ -101,15 +101,21 @@ def _description(
     path: Path, device: str | None, header: dict[str, float], lasers: list[dict[str, float]]
 ) -> dict[str, Any]:
     if not lasers:
-        raise LidarError(f"{path}: contains no lasers; expected Velodyne's calibration")
+        raise LidarError(f"{path}: contains no lasers; expected Velodyne's calibration", code="missing_value")
     if "num_lasers" in header and header["num_lasers"] != len(lasers):
-        raise LidarError(f"{path}: num_lasers is {header['num_lasers']:g}, but {len(lasers)} lasers follow")
+        raise LidarError(
+            f"{path}: num_lasers is {header['num_lasers']:g}, but {len(lasers)} lasers follow",
+            code="wrong_shape",
+        )
     by_number: dict[int, Laser] = {}
     for row, keys in enumerate(lasers):
         number = int(keys.pop("laser_id", row))
         where = f"{path}: laser {number}"
         if number in by_number or not 0 <= number < len(lasers):
-            raise LidarError(f"{where}: laser_id must be a number from 0 to {len(lasers) - 1}, each once")
+            raise LidarError(
+                f"{where}: laser_id must be a number from 0 to {len(lasers) - 1}, each once",
+                code="duplicate_name",
+            )
         by_number[number] = laser_from_keys(keys, where)
     description = base_description(
         path, device or _thirty_two(header, by_number), "velodyne", len(lasers), BY_LASERS
@@ -117,7 +123,10 @@ def _description(
     if "distance_resolution" in header:
         step = header["distance_resolution"]
         if not 0.0 < step <= 1.0:
-            raise LidarError(f"{path}: distance_resolution is {step}; expected metres above 0, at most 1")
+            raise LidarError(
+                f"{path}: distance_resolution is {step}; expected metres above 0, at most 1",
+                code="out_of_range",
+            )
         description["step"] = step
     table = dict(description["velodyne"])
     for name in ("elevations", "rot_corrections", "heights"):
