@@ -124,14 +124,16 @@ def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma
 def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
     """Returns the maxima above the starts `at` [n] of sums of Gaussians at `places` [n, m] with `shares` [n, m].
 
-    Mean shift, which only rises, until a step is below a thousandth of sigma; then Newton's method.
+    Mean shift, which only rises, until a step is below a thousandth of sigma and the sum curves downwards; then
+    Newton's method. On a slope without a maximum, steps become small, but the sum curves upwards around them.
     """
     at = at.copy()
     active = np.arange(len(at))
-    for _ in range(500):
-        step, _ = _shift(at[active], places[active], shares[active], sigma)
+    for _ in range(5000):
+        step, spread = _shift(at[active], places[active], shares[active], sigma)
         at[active] += step
-        active = active[np.abs(step) > 1e-3 * sigma]
+        size, flat = np.abs(step), spread > 0.95 * sigma**2
+        active = active[(size > 1e-3 * sigma) | (flat & (size > 1e-7 * sigma))]
         if not len(active):
             break
     for _ in range(8):

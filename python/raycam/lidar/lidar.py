@@ -178,7 +178,8 @@ class Lidar:
         return lidar
 
     def _set(self, settings: Mapping[str, Any]) -> None:
-        force = flag("force_rate", settings.get("force_rate", self._settings.get("force_rate", False)))
+        given = settings.get("force_rate", self._settings.get("force_rate", False))
+        force = flag("force_rate", given, error=LidarError)
         for name, value in settings.items():
             if name != "force_rate" and name not in _CHECKS:
                 raise LidarError(
@@ -189,11 +190,11 @@ class Lidar:
                 self._settings[name] = _CHECKS[name](name, value)
         if force:
             self._settings["force_rate"] = True
-        self._check(force)
+        self._check(settings, force)
 
-    def _check(self, force: bool) -> None:
+    def _check(self, given: Mapping[str, Any], force: bool) -> None:
         if self._description["family"] == "ouster":
-            self._check_mode()
+            self._check_mode(given, force)
         rates = self._description.get("rates")
         if rates and not force and not rates[0] <= self.rate <= rates[1]:
             raise LidarError(
@@ -219,30 +220,33 @@ class Lidar:
                 code="conflicting_values",
             )
 
-    def _check_mode(self) -> None:
-        modes = self._description["modes"]
-        if "mode" not in self._settings:
-            fitting = [
-                mode for mode in modes if float(mode.split("x")[1]) == self._settings.get("rate", 10.0)
-            ]
-            default = self._description.get("mode", "1024x10")
-            self._settings["mode"] = default if default in fitting or not fitting else fitting[-1]
-        mode = self._settings["mode"]
+    def _check_mode(self, given: Mapping[str, Any], force: bool) -> None:
+        """Chooses an Ouster's mode for a rate, or its rate for a mode; raises `LidarError` if they contradict."""
+        modes = {mode: float(mode.split("x")[1]) for mode in self._description["modes"]}
+        default = self._description.get("mode", "1024x10")
+        mode, rate = self._settings.get("mode", default), self._settings.get("rate")
         if mode not in modes:
             raise LidarError(
                 f"{self.name}: mode is {mode!r}; supported: {', '.join(modes)}", code="unknown_name"
             )
-        rate = self._settings.get("rate", float(mode.split("x")[1]))
-        if rate != float(mode.split("x")[1]) and not self._settings.get("force_rate"):
-            fitting = [m for m in modes if float(m.split("x")[1]) == rate]
+        if rate is None or (given.get("mode") is not None and given.get("rate") is None and not force):
+            rate = modes[mode]
+        elif rate != modes[mode] and not force:
+            if given.get("mode") is not None:
+                raise LidarError(
+                    f"{self.name}: mode {mode!r} has {modes[mode]:g} Hz, but rate is {rate:g}; "
+                    "to scan at any rate, pass force_rate=True",
+                    code="conflicting_values",
+                )
+            fitting = [name for name, hertz in modes.items() if hertz == rate]
             if not fitting:
                 raise LidarError(
                     f"{self.name}: rate is {rate:g}; supported: 10 and 20 Hz; "
                     "to scan at any rate, pass force_rate=True",
                     code="unsupported_rate",
                 )
-            self._settings["mode"] = fitting[-1]
-        self._settings["rate"] = rate
+            mode = fitting[-1]
+        self._settings["mode"], self._settings["rate"] = mode, rate
 
     def _value(self, name: str, default: Any = None) -> Any:
         return self._settings.get(name, self._description.get(name, default))
@@ -351,7 +355,8 @@ class Lidar:
         table = self._description["ouster"]
         listed = table.get("pixel_shift_by_row")
         if listed:
-            return [int(shift) for shift in listed]
+            scale = columns / table.get("pixel_shift_columns", columns)
+            return [round(shift * scale) for shift in listed]
         return [round(angle / 360.0 * columns) for angle in table["beam_azimuth_angles"]]
 
     def _mode(self) -> dict[str, Any]:
@@ -524,7 +529,7 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "beam_width": _pair,
     "beam_divergence": _pair,
     "max_bounces": lambda name, value: whole(name, value, 0, 16, error=LidarError),
-    "noise": flag,
+    "noise": lambda name, value: flag(name, value, error=LidarError),
     "seed": lambda name, value: whole(name, value, 0, 2**63 - 1, error=LidarError),
     **dict.fromkeys(SETTINGS, _number),
 }

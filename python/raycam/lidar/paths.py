@@ -32,6 +32,8 @@ HIT_FIELDS = (
 LEAST_ENERGY = 1e-4
 """A path ends if it carries less than this share of its pulse."""
 NOTHING = -1
+LEAST_LENGTH = 1e-6
+"""Metres; nearer surfaces return as much light as at this distance."""
 CLEARANCE = 1e-7
 """Metres after an interface within which a ray meets nothing: neighbours of the triangle that it leaves."""
 
@@ -148,7 +150,7 @@ def trace_paths(
         hits = world.cast_rays(
             rays.origins,
             rays.directions,
-            times=0.0 if times is None else times[rays.pulse],
+            times=None if times is None else times[rays.pulse],
             t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0),
             skip=(rays.skip, rays.skip_triangle),
             fields=HIT_FIELDS,
@@ -179,8 +181,7 @@ def _returned(
     share = retroreflectance(surfaces, hits["material"], hits["albedo"][:, 0].astype(float), cosine)
     geometric = rays.geometric + hits["distance"]
     optical = rays.optical + hits["distance"] * rays.index
-    with np.errstate(divide="ignore", invalid="ignore"):
-        energy = rays.weight * rays.one_way**2 * opacity * share / geometric**2
+    energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
     chosen = np.flatnonzero(solid)
     fields = {name: hits[name][chosen] for name in HIT_FIELDS if name not in ("albedo", "distance")}
     fields["incidence"] = np.degrees(np.arccos(cosine[chosen])).astype(np.float32)

@@ -69,9 +69,8 @@ def _hesai(description: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 def _risley(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     table = description["risley"]
-    prisms = [
-        Prism(*values) for values in zip(table["wedges"], table["frequencies"], table["indices"], strict=True)
-    ]
+    columns = (table[name] for name in ("wedges", "frequencies", "indices", "flat_first"))
+    prisms = [Prism(*values) for values in zip(*columns, strict=True)]
     return risley_pattern(prisms, table["pulse_rate"], rate, frame)
 
 

@@ -20,7 +20,7 @@ __all__ = ["Prism", "risley_pattern"]
 
 @dataclass(frozen=True)
 class Prism:
-    """A wedge prism that rotates about the x axis, with its flat face towards the laser."""
+    """A wedge prism that rotates about the x axis; one of its faces is perpendicular to the axis."""
 
     wedge: float
     """The angle between its faces, in degrees."""
@@ -28,6 +28,8 @@ class Prism:
     """Turns per second; negative: the other way round."""
     index: float
     """The index of refraction."""
+    flat_first: bool = True
+    """True if the perpendicular face is towards the laser."""
 
 
 def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, frame: int) -> Pattern:
@@ -41,16 +43,18 @@ def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, fram
         turns = np.fmod(pulses * (prism.frequency / pulse_rate), 1.0)
         angles = (2.0 * math.pi * turns).tolist()
         tilt = math.radians(prism.wedge)
+        side = 1.0 if prism.flat_first else -1.0
         slanted = np.stack(
             [
                 np.full(count, math.cos(tilt)),
-                math.sin(tilt) * cosines(angles),
-                math.sin(tilt) * sines(angles),
+                side * math.sin(tilt) * cosines(angles),
+                side * math.sin(tilt) * sines(angles),
             ],
             axis=1,
         )
-        beam = refract(beam, np.array([1.0, 0.0, 0.0]), 1.0 / prism.index)
-        beam = refract(beam, slanted, prism.index)
+        flat = np.array([1.0, 0.0, 0.0])
+        beam = refract(beam, flat if prism.flat_first else slanted, 1.0 / prism.index)
+        beam = refract(beam, slanted if prism.flat_first else flat, prism.index)
     return free_pattern(beam, np.arange(count) / pulse_rate)
 
 

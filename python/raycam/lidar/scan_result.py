@@ -132,7 +132,8 @@ class Scan(Mapping[str, Array]):
         format expect, and ids); with `in_world`, positions are in world coordinates. Lost pulses are not written,
         except to .npz. Raises `LidarError` for an unknown extension or field.
         """
-        save_scan(self, path, fields, flag("in_world", in_world))
+        points = self.in_world() if flag("in_world", in_world) else self["position"]
+        save_scan(self, points, path, fields)
 
 
 def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:

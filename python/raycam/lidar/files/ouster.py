@@ -22,8 +22,12 @@ SECTIONS = (
     "config_params",
 )
 DEFAULT_LIDAR_TO_SENSOR = (-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 36.18, 0.0, 0.0, 0.0, 1.0)
-DEFAULT_ORIGIN_MM = 12.163
-"""lidar_origin_to_beam_origin_mm of files that do not contain it: firmware 1.12 and 1.13."""
+DEFAULT_ORIGINS_MM = {"OS-0-": 27.67, "OS-1-": 15.806, "OS-2-": 13.762}
+"""lidar_origin_to_beam_origin_mm of files that do not contain it, by the beginning of prod_line."""
+FIRST_ORIGIN_MM = 12.163
+"""The same for the first generation, whose files have no prod_line."""
+FIRST_SHIFTS = (18, 12, 6, 0)
+"""pixel_shift_by_row of devices of 64 rows at 1024 columns, repeated, for files that do not contain it."""
 
 
 def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
@@ -67,6 +71,8 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
         ),
     }
     shifts = keys.get("pixel_shift_by_row")
+    if shifts is None and len(altitudes) == 64:
+        table["pixel_shift_by_row"], table["pixel_shift_columns"] = list(FIRST_SHIFTS) * 16, 1024
     if shifts is not None:
         values = _numbers(path, "pixel_shift_by_row", shifts)
         if len(values) != len(altitudes):
@@ -75,6 +81,7 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
                 code="wrong_shape",
             )
         table["pixel_shift_by_row"] = [int(value) for value in values]
+        table["pixel_shift_columns"] = int(description.get("mode", "1024x10").split("x")[0])
     description["ouster"] = table
     return description
 
@@ -119,6 +126,10 @@ def _matrix(path: Path, keys: dict[str, Any], name: str, default: tuple[float, .
 def _beam_to_lidar(path: Path, keys: dict[str, Any]) -> list[float]:
     if keys.get("beam_to_lidar_transform"):
         return _matrix(path, keys, "beam_to_lidar_transform", ())
-    origin = keys.get("lidar_origin_to_beam_origin_mm", DEFAULT_ORIGIN_MM)
+    line = str(keys.get("prod_line", ""))
+    default = next(
+        (mm for start, mm in DEFAULT_ORIGINS_MM.items() if line.startswith(start)), FIRST_ORIGIN_MM
+    )
+    origin = keys.get("lidar_origin_to_beam_origin_mm", default)
     offset = finite(origin, f"{path}: lidar_origin_to_beam_origin_mm")
     return [1.0, 0.0, 0.0, offset, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,6 @@ from .csv import csv_bytes
 from .las import las_bytes
 from .pcd import pcd_bytes
 from .ply import ply_bytes
-
-if TYPE_CHECKING:
-    from ..scan_result import Scan
 
 __all__ = ["FORMATS", "save_scan"]
 
@@ -46,9 +43,14 @@ FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
 """The writer of each extension, and the fields besides the position; None: all."""
 
 
-def save_scan(scan: Scan, path: str | os.PathLike[str], fields: Iterable[str] | None, in_world: bool) -> None:
-    """Writes a scan; see `Scan.save`."""
-    write(path, encode_scan(scan, Path(path).suffix, fields, in_world=in_world))
+def save_scan(
+    columns: Mapping[str, npt.NDArray[Any]],
+    position: npt.NDArray[Any],
+    path: str | os.PathLike[str],
+    fields: Iterable[str] | None,
+) -> None:
+    """Writes a scan's fields with the points `position` [n, 3]; see `Scan.save`."""
+    write(path, encode_scan(columns, position, Path(path).suffix, fields))
 
 
 def check_extension(extension: str) -> None:
@@ -60,29 +62,33 @@ def check_extension(extension: str) -> None:
 
 
 def encode_scan(
-    scan: Scan, extension: str, fields: Iterable[str] | None = None, *, in_world: bool = False
+    columns: Mapping[str, npt.NDArray[Any]],
+    position: npt.NDArray[Any],
+    extension: str,
+    fields: Iterable[str] | None = None,
 ) -> bytes:
     """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
     check_extension(extension)
     write, defaults = FORMATS[extension.lower()]
-    chosen = _chosen(scan, extension, fields, defaults)
-    rows = slice(None) if extension.lower() == ".npz" else scan["lost"] == 0
-    position = scan.in_world() if in_world else scan["position"]
-    arrays = {"position": position[rows], **{name: scan[name][rows] for name in chosen}}
-    return write(arrays)
+    chosen = _chosen(columns, extension, fields, defaults)
+    rows = slice(None) if extension.lower() == ".npz" else columns["lost"] == 0
+    return write({"position": position[rows], **{name: columns[name][rows] for name in chosen}})
 
 
 def _chosen(
-    scan: Scan, extension: str, fields: Iterable[str] | None, defaults: tuple[str, ...] | None
+    columns: Mapping[str, npt.NDArray[Any]],
+    extension: str,
+    fields: Iterable[str] | None,
+    defaults: tuple[str, ...] | None,
 ) -> list[str]:
     if fields is None:
-        return list(defaults if defaults is not None else scan)
+        return list(defaults if defaults is not None else (name for name in columns if name != "position"))
     if isinstance(fields, str):
         raise LidarError(f"fields must be several names, not the string {fields!r}", code="wrong_type")
     names = [name for name in fields if name != "position"]
     for name in names:
-        if name not in scan:
-            raise LidarError(nearest("field of a scan", name, list(scan)), code="unknown_name")
+        if name not in columns:
+            raise LidarError(nearest("field of a scan", name, list(columns)), code="unknown_name")
     if extension.lower() == ".bin" and names != ["intensity"]:
         raise LidarError(
             f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}",

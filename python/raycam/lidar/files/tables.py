@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+import zipfile
+import zlib
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...errors import LidarError
 from ..lidar import Lidar
@@ -16,6 +19,10 @@ from .reading import finite, read_text
 __all__ = ["read_table"]
 
 ARRAYS = ("directions", "times", "rings", "origins")
+MAX_ROWS = 1 << 22
+"""The largest number of pulses of a table."""
+MAX_ARRAY_BYTES = MAX_ROWS * 24
+"""The largest array, in bytes."""
 
 
 def read_table(path: Path, device: str | None) -> dict[str, Any]:
@@ -39,19 +46,45 @@ def read_table(path: Path, device: str | None) -> dict[str, Any]:
 
 def _read_arrays(path: Path) -> dict[str, Any]:
     try:
-        loaded = np.load(path, allow_pickle=False)
-    except (ValueError, OSError, EOFError) as fault:
+        if path.suffix.lower() == ".npy":
+            with path.open("rb") as file:
+                return {"directions": _read_array(path, file, path.stat().st_size)}
+        with zipfile.ZipFile(path) as archive:
+            members = {item.filename.removesuffix(".npy"): item for item in archive.infolist()}
+            if not {"directions"} <= members.keys() <= set(ARRAYS):
+                raise LidarError(
+                    f"{path}: arrays {', '.join(members)}; expected directions, and optionally times, rings, origins",
+                    code="wrong_shape",
+                )
+            arrays = {}
+            for name, item in members.items():
+                with archive.open(item) as member:
+                    arrays[name] = _read_array(path, member, item.file_size)
+            return arrays
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as fault:
+        if isinstance(fault, LidarError):
+            raise
         raise LidarError(f"{path}: not a file of NumPy arrays: {fault}", code="syntax") from None
-    if isinstance(loaded, np.ndarray):
-        return {"directions": loaded}
-    with loaded:
-        unknown = set(loaded.files) - set(ARRAYS)
-        if unknown or "directions" not in loaded.files:
-            raise LidarError(
-                f"{path}: arrays {', '.join(loaded.files)}; expected directions, and optionally times, rings, origins",
-                code="wrong_shape",
-            )
-        return {name: loaded[name] for name in loaded.files}
+
+
+def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
+    """Reads an array of numbers whose declared size is compared with the `size` of its file before it is read."""
+    version = np.lib.format.read_magic(stream)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"version {version} of the format")
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, is_fortran, kind = read(stream)
+    if kind.kind not in "fiu":
+        raise ValueError(f"an array of {kind}, which are not numbers")
+    need = math.prod(shape) * kind.itemsize
+    if need > size:
+        raise ValueError(f"an array of {need} bytes in a file of {size}")
+    if need > MAX_ARRAY_BYTES or (len(shape) > 0 and shape[0] > MAX_ROWS):
+        raise LidarError(
+            f"{path}: an array of shape {list(shape)}; limit: {MAX_ROWS} rows", code="budget_exceeded"
+        )
+    data = stream.read(need)
+    return np.frombuffer(data, kind).reshape(shape, order="F" if is_fortran else "C")
 
 
 def _read_text_table(path: Path) -> dict[str, Any]:
@@ -78,6 +111,8 @@ def _read_text_table(path: Path) -> dict[str, Any]:
             f"{path}, line 1: expected columns time, azimuth and elevation or zenith; found: {', '.join(names)}",
             code="wrong_shape",
         )
+    if len(lines) > MAX_ROWS:
+        raise LidarError(f"{path}: {len(lines)} lines; limit: {MAX_ROWS} rows", code="budget_exceeded")
     rows: list[list[float]] = []
     for number, line in enumerate(lines[1:], 2):
         if not line.strip():
