@@ -28,7 +28,9 @@ def describe_lidar(lidar: Lidar) -> str:
         f"elevations: {up.min():.2f} to {up.max():.2f} degrees" + (" (generic)" if lidar.is_generic else ""),
     ]
     for name, value in lidar.settings.items():
-        lines.append(f"{name}: {_text(name, value)}")
+        text = _text(name, value)
+        is_assumed = name in lidar.assumed and text not in ("unknown", "no limit")
+        lines.append(f"{name}: {text}{' (assumed)' if is_assumed else ''}")
     lines += [f"source: {source}" for source in lidar.sources]
     return "\n".join(lines)
 

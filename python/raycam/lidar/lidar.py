@@ -346,6 +346,25 @@ class Lidar:
         )
         return found
 
+    @property
+    def assumed(self) -> list[str]:
+        """The settings that neither the device's documents nor you specify, so that general defaults apply."""
+        known = {
+            *self._settings,
+            *self._description,
+            "max_bounces",
+            "noise",
+            "seed",
+            "visibility",
+            "azimuth_noise",
+        }
+        found = [
+            name for name in _CHECKS if name not in known and name not in ("mode", "returns", "beam_samples")
+        ]
+        if "beam_divergence_fwhm" in self._description and "beam_divergence" in found:
+            found.remove("beam_divergence")
+        return found
+
     def pattern(self, frame: int = 0) -> Pattern:
         """Returns the pulses of frame number `frame`: times, directions and origins in sensor axes."""
         return make_pattern({**self._description, **self._mode()}, self.rate, frame)
