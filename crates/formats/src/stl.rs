@@ -14,10 +14,10 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
-use crate::error::{FormatError, Result};
+use crate::error::{FormatError, Location, Result};
 use crate::geometry::weld::{self, VertexWelder};
 use crate::io::lexer::{self, Lines, Words};
-use crate::io::{AssetRoot, ByteSource, InputFile};
+use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER_BYTES: usize = 84;
@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         assets.budget.take_elements(path, corners as u64)?;
         vec![binary(source, &mut notices)?]
     } else {
-        let solids = text(path, bytes)?;
+        let solids = text(path, bytes, &mut notices)?;
         let triangles = solids.iter().map(|solid| solid.triangles.len());
         let corners = 3 * triangles.sum::<usize>();
         assets.budget.take_elements(path, corners as u64)?;
@@ -90,7 +90,8 @@ fn is_binary(source: &InputFile) -> bool {
     }
     let text = lexer::plain_text(bytes);
     let first = Lines::new(&text).map(|(_, line)| lexer::trim(line)).find(|line| !line.is_empty() && !is_comment(line));
-    let solid = first.and_then(|line| line.get(..5)).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let begins = |word: &[u8]| word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"facet");
+    let solid = first.and_then(|line| line.get(..5)).is_some_and(begins);
     // No text has a zero byte.
     !solid || text.contains(&0)
 }
@@ -218,59 +219,161 @@ enum ParserState {
     EndFacet,
 }
 
-/// The solids of a text file.
-fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>> {
-    let mut solids: Vec<(String, VertexWelder<DVec3>, Vec<[u32; 3]>)> = Vec::new();
-    let mut expect = ParserState::Solid;
-    let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
-    let mut last = 0;
-    for (line, text) in Lines::new(&lexer::plain_text(bytes)) {
-        last = line;
-        let (key, rest) = lexer::split_word(text);
+/// Statement of a text file.
+#[derive(Clone, Copy, PartialEq)]
+enum Statement {
+    Solid,
+    Facet,
+    Loop,
+    Vertex,
+    EndLoop,
+    EndFacet,
+    EndSolid,
+    Blank,
+    Unknown,
+}
+
+impl Statement {
+    /// The statement in a line, and the text after its keyword. `end loop` is `endloop`, and `endsolidNAME` is
+    /// `endsolid NAME`.
+    fn parse(line: &[u8]) -> (Self, &[u8]) {
+        let (key, rest) = lexer::split_word(line);
         let key = key.to_ascii_lowercase();
-        expect = match (expect, &key[..]) {
-            (same, b"") => same,
-            (same, key) if is_comment(key) => same,
-            (ParserState::Solid, b"solid") => {
-                if solids.len() == 1 << 16 {
-                    return Err(FormatError::line(path, line, "more than 65536 solids in one file"));
+        let statement = match &key[..] {
+            b"" => Self::Blank,
+            key if is_comment(key) => Self::Blank,
+            b"solid" => Self::Solid,
+            b"facet" => Self::Facet,
+            b"outer" => Self::Loop,
+            b"vertex" => Self::Vertex,
+            b"endloop" => Self::EndLoop,
+            b"endfacet" => Self::EndFacet,
+            b"end" => {
+                let (key, rest) = lexer::split_word(rest);
+                return match &key.to_ascii_lowercase()[..] {
+                    b"loop" => (Self::EndLoop, rest),
+                    b"facet" => (Self::EndFacet, rest),
+                    _ => (Self::EndSolid, rest),
+                };
+            }
+            key if key.starts_with(b"endsolid") => Self::EndSolid,
+            key if key.starts_with(b"solid") => Self::Solid,
+            _ => Self::Unknown,
+        };
+        (statement, rest)
+    }
+}
+
+/// State of reading a text file line by line.
+struct TextParser<'a> {
+    path: &'a Path,
+    solids: Vec<(String, VertexWelder<DVec3>, Vec<[u32; 3]>)>,
+    expect: ParserState,
+    corners: [DVec3; 3],
+    count: usize,
+    odd: Diagnostics,
+}
+
+impl TextParser<'_> {
+    fn begin_solid(&mut self, line: usize, name: String) -> Result<()> {
+        if self.solids.len() == 1 << 16 {
+            return Err(FormatError::line(self.path, line, "more than 65536 solids in one file"));
+        }
+        self.solids.push((name, VertexWelder::default(), Vec::new()));
+        self.expect = ParserState::Facet;
+        Ok(())
+    }
+
+    fn note(&mut self, line: usize, message: &str) {
+        self.odd.note(Location::Line(line), message);
+    }
+
+    fn line(&mut self, line: usize, text: &[u8]) -> Result<()> {
+        use {ParserState as P, Statement as S};
+        let (statement, rest) = Statement::parse(text);
+        self.expect = match (self.expect, statement) {
+            (same, S::Blank) => same,
+            (state @ (P::Solid | P::Facet), S::Solid) => {
+                let name = lexer::name(rest);
+                if state == P::Solid {
+                    return self.begin_solid(line, name);
                 }
-                solids.push((lexer::name(rest), VertexWelder::default(), Vec::new()));
-                ParserState::Facet
+                self.note(line, "the solid before this line has no endsolid: it is taken to end here");
+                if let Some((old, ..)) = self.solids.last_mut().filter(|(.., triangles)| triangles.is_empty()) {
+                    *old = name;
+                    return Ok(());
+                }
+                return self.begin_solid(line, name);
+            }
+            (P::Solid, S::Facet) => {
+                self.note(line, "a facet outside of a solid: it is read as part of a solid without a name");
+                self.begin_solid(line, String::new())?;
+                P::Loop
             }
             // The normal follows from the corners.
-            (ParserState::Facet, b"facet") => ParserState::Loop,
-            (ParserState::Facet, b"endsolid" | b"end") => ParserState::Solid,
-            (ParserState::Loop, b"outer") => ParserState::Vertex,
-            (ParserState::Vertex, b"vertex") => {
-                corners[count] = corner(path, line, rest)?;
-                count += 1;
-                if count == 3 { ParserState::EndLoop } else { ParserState::Vertex }
+            (P::Facet, S::Facet) => P::Loop,
+            (P::Facet, S::EndSolid) => P::Solid,
+            (P::Loop, S::Loop) => P::Vertex,
+            (P::Vertex, S::Vertex) => {
+                self.corners[self.count] = corner(self.path, line, rest)?;
+                self.count += 1;
+                if self.count == 3 { P::EndLoop } else { P::Vertex }
             }
-            (ParserState::EndLoop, b"endloop") => ParserState::EndFacet,
-            (ParserState::EndFacet, b"endfacet") => {
-                count = 0;
-                if let Some((_, weld, triangles)) = solids.last_mut() {
-                    triangles.push(corners.map(|corner| weld.insert(corner)));
+            (P::EndLoop, S::EndLoop) => P::EndFacet,
+            (P::EndFacet, S::EndFacet) => {
+                self.count = 0;
+                if let Some((_, weld, triangles)) = self.solids.last_mut() {
+                    triangles.push(self.corners.map(|corner| weld.insert(corner)));
                 }
-                ParserState::Facet
+                P::Facet
+            }
+            // What belongs into a facet is missing: another line in its place would hide that.
+            (same @ (P::Solid | P::Facet | P::Loop | P::EndLoop | P::EndFacet), S::Unknown) => {
+                let (key, _) = lexer::split_word(text);
+                let message = format!("lines that begin with {} are not used", lexer::for_message(key));
+                self.odd.note(Location::Line(line), message);
+                same
             }
             (expected, _) => {
                 let message = format!("expected {}, found {}", name(expected), lexer::for_message(lexer::trim(text)));
-                return Err(FormatError::line(path, line, message));
+                return Err(FormatError::line(self.path, line, message));
             }
         };
+        Ok(())
     }
-    if expect == ParserState::Solid {
-        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
-            name,
-            vertices: weld.points,
-            triangles,
-            colors: None,
-        };
-        return Ok(solids.into_iter().map(solid).collect());
+}
+
+/// The solids of a text file. Lines of other keywords and a missing `endsolid` get a notice.
+fn text(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<Solid>> {
+    let mut parser = TextParser {
+        path,
+        solids: Vec::new(),
+        expect: ParserState::Solid,
+        corners: [DVec3::ZERO; 3],
+        count: 0,
+        odd: Diagnostics::default(),
+    };
+    let mut last = 0;
+    for (line, text) in Lines::new(&lexer::plain_text(bytes)) {
+        last = line;
+        parser.line(line, text)?;
     }
-    Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))))
+    match parser.expect {
+        ParserState::Solid => {}
+        ParserState::Facet => parser.note(last, "the last solid has no endsolid: the file may be cut off"),
+        expect => {
+            return Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))));
+        }
+    }
+    let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
+        name,
+        vertices: weld.points,
+        triangles,
+        colors: None,
+    };
+    let solids = parser.solids.into_iter().map(solid).collect();
+    notices.extend(parser.odd.into_notices(path));
+    Ok(solids)
 }
 
 fn name(expect: ParserState) -> &'static str {

@@ -70,8 +70,7 @@ fn bad_files_are_told_with_line_or_byte() {
         ("vertex 0 0e0 0", "vertex 0 0", "a.stl:4: vertex \"0 0\": expected three numbers"),
         ("vertex 0 0e0 0", "vertex 0 0 0 0", "a.stl:4: vertex: \"0\" after three numbers"),
         ("    vertex 0 0e0 0\n", "", "a.stl:6: expected vertex (a facet has three), found \"endloop\""),
-        ("outer loop", "inner loop", "a.stl:3: expected outer loop, found \"inner loop\""),
-        ("endsolid", "endsol", "a.stl:30: expected facet or endsolid, found \"endsol a\""),
+        ("outer loop", "inner loop", "a.stl:4: expected outer loop, found \"vertex 0 0e0 0\""),
     ] {
         assert_eq!(error("a.stl", text.replacen(from, to, 1)), expected);
     }
@@ -86,6 +85,30 @@ fn bad_files_are_told_with_line_or_byte() {
     assert_eq!(error("a.stl", [0; 84]), "a.stl: no facets: nothing to see");
     let short = "a.stl: neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
     assert_eq!(error("a.stl", "hello"), short);
+}
+
+/// A file with one of these changes, and the number of notices.
+#[test]
+fn odd_lines_of_text_are_read_with_a_notice() {
+    let whole = mesh("a.stl", ascii("a"));
+    for (from, to, notices) in [
+        ("endloop", "end loop", 0),
+        ("endfacet", "END FACET", 0),
+        ("endsolid a", "endsolida", 0),
+        ("endsolid a", "end solid a", 0),
+        ("solid a\n", "solid\nsolid a\n", 1),
+        ("endsolid a\n", "", 1),
+        ("endsolid", "endsol", 2),
+        ("  facet", "  color 0.5 0.5 0.5\n  facet", 1),
+        ("    endloop", "    color 1 0 0\n    endloop", 1),
+        ("solid a\n", "", 1),
+    ] {
+        let count = if from.starts_with("solid") { 1 } else { usize::MAX };
+        let model = model("a.stl", ascii("a").replacen(from, to, count));
+        let parts: Vec<_> = model.parts.iter().map(|part| &part.mesh).collect();
+        assert_eq!(parts, [&whole], "{from:?} {to:?}");
+        assert_eq!(model.notices.len(), notices, "{from:?} {to:?}: {:?}", model.notices);
+    }
 }
 
 #[test]
