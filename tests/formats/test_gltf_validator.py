@@ -42,21 +42,9 @@ REFUSED: dict[str, Any] = {
     ),
     "ARRAY_LENGTH_NOT_IN_LIST": lambda d: d.json["nodes"][0].update(scale=[1, 1]),
     "ASSET_MIN_VERSION_GREATER_THAN_VERSION": lambda d: d.json["asset"].update(minVersion="2.1"),
-    "ACCESSOR_ANIMATION_INPUT_NON_INCREASING": lambda d: animated(
-        d, "translation", [1, 0], [[0, 0, 0], [1, 0, 0]], node=0
-    ),
-    "ACCESSOR_ANIMATION_INPUT_NEGATIVE": lambda d: animated(
-        d, "translation", [-1, 0], [[0, 0, 0], [1, 0, 0]], node=0
-    ),
-    "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
-        d, "translation", [0, 1], [[0, 0, 0]], node=0
-    ),
     "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
     "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][2].update(
         normalized=True
-    ),
-    "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT": lambda d: animated(
-        d, "translation", [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]], node=0
     ),
     "SKIN_IBM_INVALID_FORMAT": lambda d: d.json["nodes"][0].update(
         skin=d.add("skins", joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))
@@ -92,6 +80,18 @@ NOTICED: dict[str, Any] = {
         matrix=np.eye(4).ravel().tolist(), translation=[1, 0, 0]
     ),
     "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 2]),
+    "ACCESSOR_ANIMATION_INPUT_NON_INCREASING": lambda d: animated(
+        d, "translation", [1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ACCESSOR_ANIMATION_INPUT_NEGATIVE": lambda d: animated(
+        d, "translation", [-1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
+        d, "translation", [0, 1], [[0, 0, 0]], node=0
+    ),
+    "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT": lambda d: animated(
+        d, "translation", [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
 }
 
 
@@ -101,4 +101,4 @@ def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
     document.node(mesh=document.square(name="red"))
     NOTICED[code](document)
     world = load(document, tmp_path)
-    assert any(f"({code})" in notice for notice in world.notices), world.notices
+    assert any(code in notice for notice in world.notices), world.notices
