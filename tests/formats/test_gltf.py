@@ -393,7 +393,8 @@ def test_spot_angles_out_of_range_are_clamped(
     clamped = [notice for notice in world.notices if notice.code == "clamped_value"]
     assert len(clamped) == noticed
     assert all("lights[0].spot" in notice.subjects[0] for notice in clamped)
-    assert np.isfinite(raycam.render(world, size=(8, 8), samples=1).color).all()
+    frame = raycam.render(world, world.default_camera((8, 8)), samples=1)
+    assert np.isfinite(frame["color"]).all()
 
 
 @pytest.mark.parametrize(

@@ -285,7 +285,8 @@ impl Statement {
                 return match &key.to_ascii_lowercase()[..] {
                     b"loop" => (Self::EndLoop, rest),
                     b"facet" => (Self::EndFacet, rest),
-                    _ => (Self::EndSolid, rest),
+                    b"solid" => (Self::EndSolid, rest),
+                    _ => (Self::Unknown, rest),
                 };
             }
             key if key.starts_with(b"endsolid") => Self::EndSolid,
