@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
+    from .world.settle import Settled, settle
 
 __all__ = [
     "FORMATS",
@@ -65,6 +66,7 @@ __all__ = [
     "Rig",
     "SelfCheck",
     "Sensor",
+    "Settled",
     "SettingsError",
     "SurfaceVisibility",
     "Texture",
@@ -93,6 +95,7 @@ __all__ = [
     "sample",
     "save_cameras",
     "selfcheck",
+    "settle",
     "strict",
     "surface_visibility",
     "texture_from_photos",
@@ -112,6 +115,8 @@ _LAZY_IMPORTS = {
     "texture_from_photos": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
+    "Settled": "world.settle",
+    "settle": "world.settle",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

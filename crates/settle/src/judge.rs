@@ -1,0 +1,121 @@
+//! Checks of settled objects on their real meshes.
+
+use rapier3d_f64::math::{Pose, Vector};
+use rapier3d_f64::parry::bounding_volume::Aabb;
+
+use crate::bodies::{Body, Obstacle};
+use crate::request::Place;
+use crate::start::Region;
+use crate::surface::Placed;
+
+/// Penetration in metres that is tolerated, for objects of 0.1 m and more.
+const MAX_PENETRATION: f64 = 2e-4;
+/// Distance in metres by which a resting object may be lowered before it touches, for objects of 0.1 m and more.
+const MAX_GAP: f64 = 5e-4;
+/// The same as a share of the size, for objects in several parts, which enclose some space around the mesh.
+const MAX_GAP_OF_PARTS: f64 = 0.02;
+/// Distance in metres by which an object may reach beyond the sides of its target.
+const MAX_OUTSIDE: f64 = 1e-3;
+
+/// A check that failed.
+pub(crate) enum Fault {
+    /// Bodies penetrate by these depths, which lifting may cure.
+    Penetration { depths: Vec<f64>, text: String },
+    /// Only another draw helps.
+    Other(String),
+}
+
+/// What the judge measured.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Measures {
+    /// The greatest penetration in metres.
+    pub(crate) penetration: f64,
+}
+
+/// The bodies at their poses among the obstacles.
+pub(crate) struct Judge<'a> {
+    bodies: &'a [Body],
+    placed: Vec<Placed<'a>>,
+    obstacles: Vec<(&'a str, Placed<'a>)>,
+    up: Vector,
+}
+
+impl<'a> Judge<'a> {
+    pub(crate) fn new(bodies: &'a [Body], poses: &[Pose], obstacles: &'a [Obstacle], up: Vector) -> Self {
+        let placed = bodies.iter().zip(poses).map(|(body, pose)| body.surface.at(*pose)).collect();
+        let obstacles = obstacles.iter().map(|obstacle| (&obstacle.name[..], obstacle.placed())).collect();
+        Self { bodies, placed, obstacles, up }
+    }
+
+    /// Checks place, penetration and support.
+    pub(crate) fn check(&self, region: Option<&Region>) -> Result<Measures, Fault> {
+        if let Some(region) = region {
+            self.check_place(region)?;
+        }
+        let measures = self.check_penetration()?;
+        for i in 0..self.bodies.len() {
+            self.check_support(i)?;
+        }
+        Ok(measures)
+    }
+
+    /// Checks that every body is in the region.
+    fn check_place(&self, region: &Region) -> Result<(), Fault> {
+        let level = Vector::ONE - self.up;
+        for (body, placed) in self.bodies.iter().zip(&self.placed) {
+            let center = Aabb::new(placed.bounds.center(), placed.bounds.center());
+            let inner = if region.place == Place::Into { placed.bounds } else { center };
+            let outside = (region.bounds.mins - inner.mins).max(inner.maxs - region.bounds.maxs) * level;
+            let below = (region.bounds.mins - placed.bounds.mins).dot(self.up);
+            if outside.max_element().max(below) > MAX_OUTSIDE {
+                return Err(Fault::Other(format!("object {:?} fell beside its target", body.name)));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_penetration(&self) -> Result<Measures, Fault> {
+        let mut depths = vec![0.0; self.bodies.len()];
+        let (mut measures, mut worst) = (Measures::default(), None);
+        let mut note = |i: usize, name: &str, depth: f64| {
+            measures.penetration = measures.penetration.max(depth);
+            let limit = MAX_PENETRATION * self.bodies[i].tolerance();
+            if depth > limit {
+                depths[i] = f64::max(depths[i], depth);
+                if worst.as_ref().is_none_or(|(known, _)| depth > *known) {
+                    let mm = 1e3 * depth;
+                    worst = Some((depth, format!("objects {:?} and {name:?} overlap by {mm:.2} mm", self.bodies[i].name)));
+                }
+            }
+        };
+        for (i, one) in self.placed.iter().enumerate() {
+            for (j, other) in self.placed.iter().enumerate().take(i) {
+                // The upper one is lifted.
+                let is_upper = (one.bounds.center() - other.bounds.center()).dot(self.up) > 0.0;
+                let (upper, lower) = if is_upper { (i, j) } else { (j, i) };
+                note(upper, &self.bodies[lower].name, one.penetration(other));
+            }
+            for (name, other) in &self.obstacles {
+                note(i, name, one.penetration(other));
+            }
+        }
+        match worst {
+            Some((_, text)) => Err(Fault::Penetration { depths, text }),
+            None => Ok(measures),
+        }
+    }
+
+    /// Checks that a body touches something if it is lowered a little.
+    fn check_support(&self, number: usize) -> Result<(), Fault> {
+        let body = &self.bodies[number];
+        let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };
+        let gap = f64::max(MAX_GAP * body.tolerance(), parts);
+        let pose = self.placed[number].pose;
+        let lowered = body.surface.at(Pose::from_parts(pose.translation - self.up * gap, pose.rotation));
+        let others = self.placed.iter().enumerate().filter(|(i, _)| *i != number).map(|(_, other)| other);
+        match others.chain(self.obstacles.iter().map(|(_, other)| other)).any(|other| lowered.touches(other)) {
+            true => Ok(()),
+            false => Err(Fault::Other(format!("object {:?} does not rest on anything", body.name))),
+        }
+    }
+}
