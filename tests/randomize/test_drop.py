@@ -19,7 +19,7 @@ TRAY = [
 
 
 def recipe(*rows: dict[str, Any]) -> Recipe:
-    return Recipe({"seed": 3, "object": [*TRAY, *rows], "light": [{"type": "sky"}]})
+    return Recipe({"seed": 3, "object": [*TRAY, *rows], "light": [{"type": "sky", "radiance": 1.0}]})
 
 
 PARTS = {
@@ -51,7 +51,12 @@ def test_worlds_depend_on_seed_and_number_alone() -> None:
 
 
 def test_scaled_objects_of_one_shape_share_a_mesh_and_keep_their_scales() -> None:
-    row = {"name": "ball", "category": "ball", "sphere": {"radius": 0.02, "level": 2}, "drop": {"into": "tray"}}
+    row = {
+        "name": "ball",
+        "category": "ball",
+        "sphere": {"radius": 0.02, "level": 2},
+        "drop": {"into": "tray"},
+    }
     world = recipe({**row, "count": 2, "scale": 1.5}).world(0)
     assert world.objects[5].mesh == world.objects[6].mesh
     for ball in world.objects[5:]:

@@ -98,9 +98,10 @@ print(hashlib.sha256(world.to_bytes()).hexdigest())
 
 
 def test_processes_with_any_number_of_threads_return_the_same_bytes() -> None:
-    run = lambda threads: subprocess.run(  # noqa: E731
-        [sys.executable, "-c", PROGRAM, threads], capture_output=True, text=True, check=True
-    ).stdout
+    def run(threads: str) -> str:
+        command = [sys.executable, "-c", PROGRAM, threads]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
     assert run("1") == run("2")
 
 
@@ -190,7 +191,7 @@ def test_objects_without_room_are_refused_and_the_world_is_unchanged() -> None:
 
 URDF = """<robot name="arm"><link name="base"><visual><geometry><box size="0.2 0.2 0.2"/></geometry></visual></link>
 <link name="top"><visual><geometry><box size="0.1 0.1 0.2"/></geometry></visual></link>
-<joint name="j" type="fixed"><parent link="base"/><child link="top"/></joint></robot>"""
+<joint name="j" type="fixed"><origin xyz="0 0 0.2"/><parent link="base"/><child link="top"/></joint></robot>"""
 
 
 def test_robot_inside_a_table_is_reported(tmp_path) -> None:

@@ -1,10 +1,10 @@
 //! The objects of a world for the simulation and the judge.
 
 use glam::DAffine3;
-use raycam_scene::World;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::prelude::SharedShape;
+use raycam_scene::World;
 
 use crate::convert::vector;
 use crate::error::{Result, SettleError};

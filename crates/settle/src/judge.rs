@@ -36,14 +36,14 @@ pub(crate) struct Measures {
 pub(crate) struct Judge<'a> {
     bodies: &'a [Body],
     placed: Vec<Placed<'a>>,
-    obstacles: Vec<(&'a str, Placed<'a>)>,
+    obstacles: Vec<(&'a Obstacle, Placed<'a>)>,
     up: Vector,
 }
 
 impl<'a> Judge<'a> {
     pub(crate) fn new(bodies: &'a [Body], poses: &[Pose], obstacles: &'a [Obstacle], up: Vector) -> Self {
         let placed = bodies.iter().zip(poses).map(|(body, pose)| body.surface.at(*pose)).collect();
-        let obstacles = obstacles.iter().map(|obstacle| (&obstacle.name[..], obstacle.placed())).collect();
+        let obstacles = obstacles.iter().map(|obstacle| (obstacle, obstacle.placed())).collect();
         Self { bodies, placed, obstacles, up }
     }
 
@@ -53,9 +53,7 @@ impl<'a> Judge<'a> {
             self.check_place(region)?;
         }
         let measures = self.check_penetration()?;
-        for i in 0..self.bodies.len() {
-            self.check_support(i)?;
-        }
+        self.check_support(region)?;
         Ok(measures)
     }
 
@@ -84,7 +82,8 @@ impl<'a> Judge<'a> {
                 depths[i] = f64::max(depths[i], depth);
                 if worst.as_ref().is_none_or(|(known, _)| depth > *known) {
                     let mm = 1e3 * depth;
-                    worst = Some((depth, format!("objects {:?} and {name:?} overlap by {mm:.2} mm", self.bodies[i].name)));
+                    worst =
+                        Some((depth, format!("objects {:?} and {name:?} overlap by {mm:.2} mm", self.bodies[i].name)));
                 }
             }
         };
@@ -95,8 +94,8 @@ impl<'a> Judge<'a> {
                 let (upper, lower) = if is_upper { (i, j) } else { (j, i) };
                 note(upper, &self.bodies[lower].name, one.penetration(other));
             }
-            for (name, other) in &self.obstacles {
-                note(i, name, one.penetration(other));
+            for (obstacle, other) in &self.obstacles {
+                note(i, &obstacle.name, one.penetration(other));
             }
         }
         match worst {
@@ -105,17 +104,43 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Checks that a body touches something if it is lowered a little.
-    fn check_support(&self, number: usize) -> Result<(), Fault> {
+    /// Checks that every body touches something if it is lowered a little, and that bodies on a target are carried by it,
+    /// directly or by other bodies.
+    fn check_support(&self, region: Option<&Region>) -> Result<(), Fault> {
+        let is_target = |obstacle: &Obstacle| match region {
+            Some(region) if region.place == Place::On => region.objects.contains(&obstacle.object),
+            _ => true,
+        };
+        let mut carriers = Vec::new();
+        let mut is_carried = Vec::new();
+        for number in 0..self.bodies.len() {
+            let lowered = self.lowered(number);
+            let below = (0..self.bodies.len()).filter(|i| *i != number && lowered.touches(&self.placed[*i]));
+            let below: Vec<usize> = below.collect();
+            let mut touched = self.obstacles.iter().filter(|(_, other)| lowered.touches(other)).peekable();
+            if below.is_empty() && touched.peek().is_none() {
+                return Err(Fault::Other(format!("object {:?} does not rest on anything", self.bodies[number].name)));
+            }
+            is_carried.push(touched.any(|(obstacle, _)| is_target(obstacle)));
+            carriers.push(below);
+        }
+        for _ in 0..self.bodies.len() {
+            for number in 0..self.bodies.len() {
+                is_carried[number] |= carriers[number].iter().any(|i| is_carried[*i]);
+            }
+        }
+        match is_carried.iter().position(|carried| !carried) {
+            Some(i) => Err(Fault::Other(format!("object {:?} fell beside its target", self.bodies[i].name))),
+            None => Ok(()),
+        }
+    }
+
+    /// A body moved down by the distance within which it must touch something.
+    fn lowered(&self, number: usize) -> Placed<'a> {
         let body = &self.bodies[number];
         let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };
         let gap = f64::max(MAX_GAP * body.tolerance(), parts);
         let pose = self.placed[number].pose;
-        let lowered = body.surface.at(Pose::from_parts(pose.translation - self.up * gap, pose.rotation));
-        let others = self.placed.iter().enumerate().filter(|(i, _)| *i != number).map(|(_, other)| other);
-        match others.chain(self.obstacles.iter().map(|(_, other)| other)).any(|other| lowered.touches(other)) {
-            true => Ok(()),
-            false => Err(Fault::Other(format!("object {:?} does not rest on anything", body.name))),
-        }
+        body.surface.at(Pose::from_parts(pose.translation - self.up * gap, pose.rotation))
     }
 }

@@ -10,9 +10,9 @@ impl Stream {
     /// The stream of a seed, a name and an attempt.
     pub(crate) fn new(seed: u64, name: &str, attempt: u64) -> Self {
         // FNV-1a over the name, so that an object's draws do not depend on the other objects.
-        let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
+        let hash = name
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
         let mut stream = Self(seed ^ hash.rotate_left(17) ^ attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         stream.next();
         stream

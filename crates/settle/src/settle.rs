@@ -48,8 +48,7 @@ pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Resu
     let moving = |&object: &usize| Body::new(world, object, request.physics_of(object));
     let bodies: Vec<Body> = request.moving.iter().map(moving).collect::<Result<_>>()?;
     let fixed = (0..world.objects.len()).filter(|i| world.objects[*i].visible && !request.moving.contains(i));
-    let obstacles: Vec<Obstacle> =
-        fixed.filter_map(|i| Obstacle::new(world, i, request.physics_of(i))).collect();
+    let obstacles: Vec<Obstacle> = fixed.filter_map(|i| Obstacle::new(world, i, request.physics_of(i))).collect();
     let region = request.target.as_ref().and_then(|target| {
         let targets = obstacles.iter().filter(|obstacle| target.objects.contains(&obstacle.object));
         Region::new(targets, target.place, world.up)
@@ -104,7 +103,6 @@ fn try_once<'a>(
             Ok(measures) => return Ok(Ok((measures, motion))),
             Err(Fault::Other(text)) => return Ok(Err(text)),
             Err(Fault::Penetration { depths, text }) => {
-                eprintln!("{depths:?} {text} {:?}", simulation.poses().iter().map(|p| p.translation.to_array()).collect::<Vec<_>>());
                 for (i, depth) in depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
                     simulation.lift(i, *depth);
                 }
@@ -137,8 +135,7 @@ fn check(request: &Request) -> Result<()> {
         if !(1..=128).contains(&physics.parts) {
             return Err(SettleError::OutOfRange(format!("parts must be between 1 and 128, got {}", physics.parts)));
         }
-        for (name, value, high) in
-            [("friction", physics.friction, f64::MAX), ("restitution", physics.restitution, 1.0)]
+        for (name, value, high) in [("friction", physics.friction, f64::MAX), ("restitution", physics.restitution, 1.0)]
         {
             if !(0.0..=high).contains(&value) {
                 let range = if high == 1.0 { "between 0 and 1" } else { "at least 0" };

@@ -1,9 +1,9 @@
 //! Poses from which objects are dropped.
 
 use glam::DVec3;
-use raycam_scene::Up;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
+use raycam_scene::Up;
 
 use crate::bodies::{Body, Obstacle};
 use crate::convert::vector;
@@ -24,6 +24,8 @@ pub(crate) struct Start {
 
 /// The bounds above which objects are dropped.
 pub(crate) struct Region {
+    /// The indices of the target's objects.
+    pub(crate) objects: Vec<usize>,
     pub(crate) bounds: Aabb,
     pub(crate) place: Place,
     pub(crate) up: Vector,
@@ -32,8 +34,10 @@ pub(crate) struct Region {
 impl Region {
     /// The region of obstacles; `None` without any.
     pub(crate) fn new<'a>(targets: impl Iterator<Item = &'a Obstacle>, place: Place, up: Up) -> Option<Self> {
-        let bounds = targets.map(|target| target.bounds).reduce(|a, b| a.merged(&b))?;
-        Some(Self { bounds, place, up: vector(up.axis()) })
+        let targets: Vec<&Obstacle> = targets.collect();
+        let bounds = targets.iter().map(|target| target.bounds).reduce(|a, b| a.merged(&b))?;
+        let objects = targets.iter().map(|target| target.object).collect();
+        Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
     /// A random start of each body above the region, one after the other.

@@ -5,11 +5,14 @@ use std::collections::HashMap;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d_f64::parry::query::{PointQuery, Ray};
-use rapier3d_f64::parry::shape::{Triangle, TriMesh};
+use rapier3d_f64::parry::shape::{TriMesh, Triangle};
 
 /// Directions of the three rays that decide by majority whether a point is inside; not along edges of common models.
-const PARITY_DIRECTIONS: [[f64; 3]; 3] =
-    [[0.533_174_1, 0.218_653_9, 0.817_263_3], [-0.731_822_6, 0.611_193_2, 0.301_492_7], [0.170_871_9, -0.892_113_4, 0.418_261_5]];
+const PARITY_DIRECTIONS: [[f64; 3]; 3] = [
+    [0.533_174_1, 0.218_653_9, 0.817_263_3],
+    [-0.731_822_6, 0.611_193_2, 0.301_492_7],
+    [0.170_871_9, -0.892_113_4, 0.418_261_5],
+];
 
 /// The triangles of a mesh, with what queries need.
 pub(crate) struct Surface {
@@ -119,12 +122,15 @@ impl Placed<'_> {
         let (here, touches) = self.penetration_of_edges(other);
         let (there, touched) = other.penetration_of_edges(self);
         let is_crossed = touches || touched;
-        here.max(there).max(self.penetration_of_points(other, is_crossed)).max(other.penetration_of_points(self, is_crossed))
+        here.max(there)
+            .max(self.penetration_of_points(other, is_crossed))
+            .max(other.penetration_of_points(self, is_crossed))
     }
 
     /// True if the surfaces cross.
     pub(crate) fn touches(&self, other: &Placed<'_>) -> bool {
-        let mut crosses = |from: Vector, along: Vector, solid: &Placed<'_>| !solid.surface.crossings(from, along, 1.0).is_empty();
+        let mut crosses =
+            |from: Vector, along: Vector, solid: &Placed<'_>| !solid.surface.crossings(from, along, 1.0).is_empty();
         self.bounds.intersects(&other.bounds)
             && (self.any_edge(other, &mut crosses) || other.any_edge(self, &mut crosses))
     }

@@ -65,9 +65,9 @@ class Recipe:
     * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
       lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
       with `on` only stand on objects without.
-    * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all of
-      them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any object has
-      the properties that `raycam.settle` accepts.
+    * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
+      of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
+      object has the properties that `raycam.settle` accepts.
     * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
       with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
       whose file does not state it.
@@ -279,7 +279,9 @@ class Recipe:
         first: dict[str, str] = {}
         self._place_objects(world, placed, first)
         names = [self._add_shared(world, item, first) for item, _ in dropped]
-        settle_drops(world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw)
+        settle_drops(
+            world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw
+        )
         for light, _ in self._rows("light", draw):
             _core.world_add_light(world._core, plain(light), self.folder)
         for camera, place in self._rows("camera", draw):

@@ -57,27 +57,28 @@ def settle(
     or number; the name of a robot, or "shelf" for "shelf/left" and "shelf/right", means all of its parts. The other
     visible objects do not move. Gravity points against the world's up axis.
 
-    `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each object
-    by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), of which the mean of two surfaces counts,
-    and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
+    `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each
+    object by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), of which the mean of two surfaces
+    counts, and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
 
     Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked:
     none penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m), each touches something if
     it is lowered by 0.5 mm (2 % of the size for objects of several parts), none moves by more than 0.1 mm in another
-    second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are lifted
-    and fall again; if a check fails, new poses are drawn, up to 10 times. The poses become matrices of the objects.
-    The same arguments return the same bytes on any number of threads. Overlaps of robots with other objects that do not
-    move are reported by a notice.
+    second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
+    lifted and fall again; if a check fails, new poses are drawn, up to 10 times. The poses become matrices of the
+    objects. The same arguments return the same bytes on any number of threads. A notice reports robots that overlap
+    other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
-    unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots among `objects`.
+    unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.
     """
     moving = _numbers(world, "objects", objects)
     names = [item.name for item in world.objects]
     robots = [name for name in world.robots if any(names[i].startswith(f"{name}/") for i in moving)]
     if robots:
         raise WorldError(
-            f"robot {robots[0]!r}: links of robots cannot fall; set_joints moves them", code="conflicting_values"
+            f"robot {robots[0]!r}: links of robots cannot fall; set_joints moves them",
+            code="conflicting_values",
         )
     if into is not None and on is not None:
         raise SettingsError("into and on cannot be used together", code="conflicting_values")

@@ -38,7 +38,8 @@ pub(crate) fn world_settle(
     let request = Request {
         moving,
         physics: physics.into_iter().map(|(object, parts)| (object, properties(parts))).collect(),
-        target: target.map(|(objects, is_into)| Target { objects, place: if is_into { Place::Into } else { Place::On } }),
+        target: target
+            .map(|(objects, is_into)| Target { objects, place: if is_into { Place::Into } else { Place::On } }),
         seed,
         seconds,
         gravity,
@@ -46,12 +47,11 @@ pub(crate) fn world_settle(
     for &object in request.moving.iter().chain(request.target.iter().flat_map(|target| &target.objects)) {
         inner.check_object(object).or_raise()?;
     }
-    let settled = run_interruptible(world.py(), None, |control| {
-        match settle(&inner, &request, &|| control.is_cancelled()) {
+    let settled =
+        run_interruptible(world.py(), None, |control| match settle(&inner, &request, &|| control.is_cancelled()) {
             Err(SettleError::Cancelled) => Err(RenderError::Cancelled),
             result => Ok(result),
-        }
-    })?;
+        })?;
     let rows = |transform: &glam::DAffine3| DMat4::from(*transform).transpose().to_cols_array_2d();
     Ok(match settled {
         Ok(Settled { transforms, report }) => {

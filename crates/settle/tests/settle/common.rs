@@ -18,14 +18,7 @@ pub fn moved(x: f64, y: f64, z: f64) -> DAffine3 {
 
 /// Objects that fall from where they are.
 pub fn request(moving: &[usize]) -> Request {
-    Request {
-        moving: moving.to_vec(),
-        physics: Vec::new(),
-        target: None,
-        seed: 1,
-        seconds: 5.0,
-        gravity: 9.81,
-    }
+    Request { moving: moving.to_vec(), physics: Vec::new(), target: None, seed: 1, seconds: 5.0, gravity: 9.81 }
 }
 
 /// The mesh of a surface of revolution r(z), for z from 0 to 1, closed by a bottom below it.

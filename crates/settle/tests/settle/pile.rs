@@ -72,7 +72,9 @@ fn order_does_not_matter_to_objects_that_do_not_touch() {
     let mut world = World::default();
     let floor = add(&mut world, "floor", primitive::box_([20.0, 20.0, 0.1]).unwrap(), moved(0.0, 0.0, -0.05));
     let things: Vec<usize> = (0..3)
-        .map(|i| add(&mut world, &format!("box-{i}"), primitive::box_([0.1, 0.07, 0.05]).unwrap(), moved(0.0, 0.0, 0.0)))
+        .map(|i| {
+            add(&mut world, &format!("box-{i}"), primitive::box_([0.1, 0.07, 0.05]).unwrap(), moved(0.0, 0.0, 0.0))
+        })
         .collect();
     let request = |order: &[usize]| Request {
         target: Some(Target { objects: vec![floor], place: Place::On }),
