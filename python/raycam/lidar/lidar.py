@@ -347,6 +347,15 @@ class Lidar:
         return found
 
     @property
+    def firing_cycle(self) -> float:
+        """Seconds from one firing cycle of a Velodyne to the next; raises `LidarError` for other devices."""
+        if self.family != "velodyne":
+            raise LidarError(
+                f"{self.name}: only Velodyne's devices have firing cycles and packets", code="wrong_device"
+            )
+        return float(self._description["velodyne"]["cycle"])
+
+    @property
     def assumed(self) -> list[str]:
         """The settings that neither the device's documents nor you specify, so that general defaults apply."""
         known = {
