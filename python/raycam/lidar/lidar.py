@@ -438,6 +438,17 @@ class Lidar:
         turns = np.stack([pose.rotations[0] for pose in poses])
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
 
+    def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
+        """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.
+
+        `first` and `second` are poses [4, 4]; the lidar's motion in its own axes is theirs.
+        """
+        back = first[:3, :3].T
+        turn, shift = product(back, second[:3, :3]), product(back, second[:3, 3] - first[:3, 3])
+        own = self.pose
+        end = self._at(product(own[:3, :3], turn), own[:3, 3] + product(own[:3, :3], shift))
+        return self.moving([(0.0, self), (seconds, end)])
+
     @property
     def track(self) -> Track:
         """The poses world_from_sensor during the frame."""
