@@ -190,7 +190,8 @@ _OWN_ERRORS = {
     ),
     "missing_texture_coordinates": Code(
         "The object has no texture coordinates.",
-        'Unwrap it with atlas="xatlas", or in another program.',
+        "Unwrap it in another program, such as Blender.",
+    ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",
         "Use a device of this package, raycam.load_lidar or raycam.Lidar.of.",
