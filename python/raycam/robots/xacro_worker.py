@@ -56,8 +56,8 @@ class Guard:
             return
         if event == "open":
             path, mode, flags = arguments
-            writes = isinstance(mode, str) and set(mode) & set("wax+")
-            writes = writes or (mode is None and int(flags or 0) & (os.O_WRONLY | os.O_RDWR | os.O_CREAT))
+            flags_write = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+            writes = bool(set(mode) & set("wax+")) if mode else bool(int(flags or 0) & flags_write)
             real = os.path.realpath(os.fsdecode(path)) if isinstance(path, str | bytes) else str(path)
             if writes or not any(Path(real).is_relative_to(root) for root in self.roots):
                 self._refuse(f"opening {real} is not allowed; only files in {', '.join(self.roots)} are read")
