@@ -121,6 +121,18 @@ _OWN_NOTICES = {
         "Frames that are compared show different cameras, worlds or regions.",
         "Compare frames of the same camera and world.",
     ),
+    "generic_angles": Code(
+        "A lidar uses the angles of its model, or a substitute pattern, because the unit's own are unknown.",
+        "Load the unit's calibration with raycam.load_lidar.",
+    ),
+    "assumed_reflectance": Code(
+        "Coloured materials have no reflectance at a lidar's wavelength, so their red channel was used.",
+        "Give the materials a red channel that is their reflectance at this wavelength.",
+    ),
+    "empty_scan": Code(
+        "A scan has no points.",
+        "Check the lidar's pose and its limits of range; the notice lists why pulses were lost.",
+    ),
     "preview_light": Code(
         "A frame saved from the live view was lit by the integrator that the message names.",
         "Render it with raycam.render for the light of another integrator.",
@@ -151,6 +163,22 @@ _OWN_ERRORS = {
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
+    ),
+    "invalid_lidar": Code(
+        "The description of a lidar is invalid.",
+        "Use a device of this package, raycam.load_lidar or raycam.Lidar.of.",
+    ),
+    "unsupported_rate": Code(
+        "A lidar does not support this rate.",
+        "Use a supported rate, or pass force_rate=True.",
+    ),
+    "wrong_device": Code(
+        "A calibration or an operation belongs to another lidar.",
+        "Name the device to which the file belongs, or use the file of this device.",
+    ),
+    "unordered_times": Code(
+        "The times of pulses or poses decrease.",
+        "Sort the rows by time.",
     ),
     "missing_dependency": Code(
         "An optional package is not installed.",
