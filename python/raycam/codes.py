@@ -85,6 +85,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "xacro_warning": Code(
+        "xacro printed a warning while it expanded a robot's file.",
+        "Correct the file as the warning says.",
+    ),
     "outside_limits": Code(
         "Joint values of a robot are beyond the limits of its file.",
         "Correct the values, or clamp them with clamp_joints=True.",
