@@ -31,6 +31,9 @@ ORDER = {
         prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
         queries render render_many progressive lib
     """,
+    "settle": """
+        error convert random surface parts request bodies start simulation judge overlap settle lib
+    """,
     "web": """
         failure request page lib
     """,
