@@ -46,6 +46,8 @@ struct SideAlbedo {
     albedo: [[[f32; 3]; 2]; COSINE_STEPS],
     /// The cosine-weighted mean of the fraction that is neither reflected nor refracted.
     mean_loss: [f32; 3],
+    /// The cosine-weighted mean of the albedo of one reflection.
+    mean_reflectance: [f32; 3],
 }
 
 /// Albedo and energy loss at one roughness.
@@ -80,11 +82,14 @@ impl DielectricAlbedo {
             for (column, kept) in kept.iter_mut().enumerate() {
                 *kept = self.side_albedo(&ggx, eta, cosine_of_column(column));
             }
-            let kept_mean = |term: usize| {
-                let of = |part: usize| hemisphere_mean(&kept.map(|parts| parts[part][term]));
-                of(0) + of(1)
-            };
-            SideAlbedo { mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)], albedo: kept }
+            let [reflected, refracted] =
+                [0, 1].map(|part| [0, 1, 2].map(|term| hemisphere_mean(&kept.map(|parts| parts[part][term]))));
+            let kept_mean = |term: usize| reflected[term] + refracted[term];
+            SideAlbedo {
+                mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
+                mean_reflectance: reflected,
+                albedo: kept,
+            }
         }))
     }
 
@@ -143,6 +148,11 @@ impl EnergyLoss<'_> {
     #[inline(always)]
     pub fn mean_loss(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
         self.interpolate(ends, |row, term| row.0[usize::from(inside)].mean_loss[term])
+    }
+
+    /// The cosine-weighted mean of the albedo of one reflection.
+    pub fn mean_reflectance(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
+        self.interpolate(ends, |row, term| row.0[usize::from(inside)].mean_reflectance[term])
     }
 
     #[inline(always)]
