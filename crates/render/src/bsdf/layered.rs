@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::bsdf::BsdfEval;
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::multiscatter_dielectric::MultiscatterDielectric;
-use crate::lobes::albedo_dielectric::EnergyLoss;
+use crate::lobes::albedo_internal::InternalTransmittance;
 use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo, albedo_tables, multi_scatter_lobe};
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
@@ -34,8 +34,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
     pub(crate) wo: Vec3,
     directional_albedo: DirectionalAlbedo,
-    /// Reflectance of a rough interface that is seen from inside, for the share of the base below it.
-    inside_albedo: Option<EnergyLoss<'a>>,
+    /// Transmittance of a rough interface that is seen from inside, for the share of the base below it.
+    internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
     /// Fraction of light that the interface passes to the base: from `wo`, and in the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
@@ -61,12 +61,12 @@ const GAUSS_LEGENDRE: [(f32, f32); 5] = [
     (0.953_089_95, 0.118_463_44),
 ];
 
-/// The albedo tables of a rough isotropic interface that is seen from inside.
-fn inside_albedo<'a>(stack: &LayerStack<'a>) -> Option<EnergyLoss<'a>> {
+/// The transmittance of a rough isotropic interface that is seen from inside.
+fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmittance<'a>> {
     let is_inside = matches!(stack.base_fresnel, Fresnel::Schlick { eta: Some(_), .. });
     let is_rough = stack.ggx.is_isotropic() && !stack.ggx.effectively_smooth();
     let table = stack.dielectric_albedo.filter(|table| is_inside && is_rough && table.matches_eta(stack.eta));
-    table.map(|table| table.at_roughness(&stack.ggx))
+    table.map(|table| table.internal_transmittance(&stack.ggx))
 }
 
 /// The probability of reflection at a microfacet that reflects and refracts, by the colours of both.
@@ -86,7 +86,7 @@ impl<'a> LayeredBsdf<'a> {
             stack,
             wo,
             directional_albedo,
-            inside_albedo: None,
+            internal_transmittance: None,
             multiscatter: MultiscatterDielectric::new(&stack, directional_albedo, wo),
             base_transmittance: 0.0,
             mean_base_transmittance: 1.0,
@@ -94,7 +94,7 @@ impl<'a> LayeredBsdf<'a> {
             lobe_probabilities: [0.0; LOBE_COUNT],
         };
         if this.has_diffuse_base() {
-            this.inside_albedo = inside_albedo(&stack);
+            this.internal_transmittance = internal_transmittance(&stack);
             this.base_transmittance = this.base_transmittance(wo);
             this.mean_base_transmittance = this.mean_base_transmittance();
         }
@@ -123,14 +123,18 @@ impl<'a> LayeredBsdf<'a> {
 
     /// The fraction of light that the interface passes to the base.
     fn base_transmittance(&self, w: Vec3) -> f32 {
-        if let Some(tables) = &self.inside_albedo {
+        if let Some(internal) = &self.internal_transmittance {
             let f0_f90 = self.stack.base_fresnel.f0_f90();
-            let [single_scatter, _] = tables.albedo(true, w.z, f0_f90);
-            let multi_scatter =
-                self.directional_albedo.multi_scatter_color(f0_f90) * self.directional_albedo.energy_loss(w);
-            return Albedo { single_scatter, multi_scatter }.base_transmittance().max(0.0);
+            return self.base_share(self.directional_albedo.energy_loss(w), internal.at(w.z, f0_f90)).max(0.0);
         }
         self.interface_albedo(&self.stack.base_fresnel, w).base_transmittance().max(0.0)
+    }
+
+    /// The same from inside: from the loss of a perfect mirror, and the light that it would reflect but that passes.
+    fn base_share(&self, loss: f32, passed: Vec3) -> f32 {
+        let f0_f90 = self.stack.base_fresnel.f0_f90();
+        let multi_scatter = self.directional_albedo.multi_scatter_color(f0_f90) * loss;
+        Albedo { single_scatter: Vec3::splat(1.0 - loss) - passed, multi_scatter }.base_transmittance()
     }
 
     /// The cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
@@ -139,12 +143,10 @@ impl<'a> LayeredBsdf<'a> {
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
             return self.directional_albedo.albedo_mean(fresnel.f0_f90()).base_transmittance().max(1e-6);
         }
-        if let Some(tables) = &self.inside_albedo {
-            let f0_f90 = fresnel.f0_f90();
-            let single_scatter = tables.mean_reflectance(true, f0_f90);
-            let multi_scatter =
-                self.directional_albedo.multi_scatter_color(f0_f90) * self.directional_albedo.mean_energy_loss();
-            return Albedo { single_scatter, multi_scatter }.base_transmittance().max(1e-6);
+        if let Some(internal) = &self.internal_transmittance {
+            return self
+                .base_share(self.directional_albedo.mean_energy_loss(), internal.mean(fresnel.f0_f90()))
+                .max(1e-6);
         }
         // Beyond the critical angle all light is reflected, and the transmittance has a kink: both parts are integrated apart.
         let critical_cos2 = match fresnel {

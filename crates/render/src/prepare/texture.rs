@@ -16,9 +16,9 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Footprints up to this much wider than a texel are as wide as it: the texel at whose centre a ray hits comes back
-/// exactly.
-const ROUNDING: f32 = 1e-3;
+/// Footprints up to this much wider than a texel are as wide as it, and ellipses up to this much longer than a whole
+/// number of lookups need no other one: the texel at whose centre a ray hits comes back exactly.
+const ROUNDING: f32 = 1.0 / 16.0;
 
 /// Texture, and its mip map once requested.
 #[derive(Debug)]

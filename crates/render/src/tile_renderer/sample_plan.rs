@@ -169,3 +169,43 @@ impl SamplePlan {
 fn index([x, y, width, _]: [u32; 4], [u, v]: [u32; 2]) -> usize {
     (v - y) as usize * width as usize + (u - x) as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Plan of a row of pixels whose samples have these variances, and the samples that the pilot took in each pixel.
+    fn plan(variances: &[f32], threshold: f32, max_samples: u32) -> (Vec<u32>, Vec<u32>) {
+        let region = [7, 3, variances.len() as u32, 1];
+        let mut taken = vec![0; variances.len()];
+        let plan = Pilot::new(region, threshold, max_samples).run(|samples, is_selected| {
+            let pixels = (0..variances.len()).filter(|&x| is_selected([7 + x as u32, 3]));
+            let found: StageVariances = pixels.map(|x| ([7 + x as u32, 3], variances[x])).collect();
+            found.iter().for_each(|([x, _], _)| taken[(x - 7) as usize] += samples.end - samples.start);
+            Ok(found)
+        });
+        (plan.unwrap().counts, taken)
+    }
+
+    #[test]
+    fn pixels_without_scatter_next_to_noisy_ones_continue() {
+        let mut variances = [0.0; 16];
+        variances[8] = 4.0;
+        // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples: rounded up to a planned number.
+        let (counts, pilot) = plan(&variances, 0.05, 1 << 14);
+        assert_eq!(counts[7..10], [3072; 3], "{counts:?}");
+        // The mean of a window of five pixels is a fifth of the variance: 427 samples.
+        assert_eq!([counts[6], counts[10]], [512; 2], "{counts:?}");
+        assert_eq!(counts[..6], [MIN_SAMPLES; 6], "{counts:?}");
+        assert_eq!(pilot[7..10], [512; 3], "a pilot is at least an eighth of the samples: {pilot:?}");
+        assert_eq!(pilot[0], PILOT_STAGES[0], "{pilot:?}");
+    }
+
+    #[test]
+    fn planned_samples_stay_within_the_maximum() {
+        let (counts, _) = plan(&[1e6; 3], 1e-3, 1000);
+        assert_eq!(counts, [1000; 3]);
+        let (counts, pilot) = plan(&[1e6; 3], 1e-3, 48);
+        assert_eq!((counts, pilot), (vec![48; 3], vec![0; 3]));
+    }
+}

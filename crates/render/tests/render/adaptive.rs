@@ -161,20 +161,3 @@ fn adaptive_mean_and_error_of_a_caustic_are_unbiased() {
 fn adaptive_mean_and_error_of_a_window_are_unbiased() {
     check(window(), 0.02);
 }
-
-#[test]
-fn adaptive_pixels_without_scatter_next_to_lit_ones_continue() {
-    let (world, camera) = keyhole();
-    let world = prepare(&world);
-    let settings = Settings {
-        integrator: Integrator::Path,
-        samples: 4096,
-        max_depth: Some(6),
-        noise_threshold: Some(0.05),
-        channels: vec![Channel::Color, Channel::Error],
-        ..Settings::default()
-    };
-    let (_, errors) = picture(&world, &camera, &settings);
-    let silent = errors.iter().filter(|&&error| error == 0.0).count();
-    assert_eq!(silent, 0, "{silent} pixels have no scatter");
-}
