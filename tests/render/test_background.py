@@ -239,3 +239,47 @@ def test_the_command_line_has_them(photo: Path, tmp_path: Path, monkeypatch: pyt
     assert main([*words, "--background-camera", "by.toml"]) == 0
     assert not np.array_equal(np.asarray(Image.open("a.png"))[0, :8], noise()[0, :8])
     assert main(["render", "w.toml", "-o", "a.png", "--background-camera", "by.toml"]) != 0
+
+
+class _Tensor:
+    """An array that is not NumPy's, as those of PyTorch and JAX: with `__array__` alone."""
+
+    def __init__(self, array: np.ndarray[Any, Any]) -> None:
+        self._array = array
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        return self._array if dtype is None else self._array.astype(dtype)
+
+
+class _DlpackTensor:
+    """A tensor with DLPack alone."""
+
+    def __init__(self, array: np.ndarray[Any, Any]) -> None:
+        self._array = array
+
+    def __dlpack__(self, **options: Any) -> Any:
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return self._array.__dlpack_device__()
+
+
+@pytest.mark.parametrize("kind", [_Tensor, _DlpackTensor])
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+def test_tensors_are_backgrounds_like_arrays(kind: type, dtype: type) -> None:
+    pixels = noise() if dtype is np.uint8 else (noise() / 255).astype(np.float32)
+    frame = raycam.render(world(), lens(), samples=2, transparent_background=True)
+    for wrap in (lambda x: x, raycam.Background):
+        expected = frame.over(wrap(pixels))["color"]
+        assert np.array_equal(frame.over(wrap(kind(pixels)))["color"], expected)
+        assert np.array_equal(
+            raycam.render(world(), lens(), samples=2, background=wrap(kind(pixels)))["color"], expected
+        )
+
+
+def test_uint16_backgrounds_are_srgb_and_other_integers_are_refused() -> None:
+    frame = raycam.render(world(), lens(), samples=2, transparent_background=True)
+    expected = frame.over(noise())["color"]
+    assert np.allclose(frame.over(noise().astype(np.uint16) * 257)["color"], expected, atol=1e-5)
+    with pytest.raises(raycam.SettingsError, match="int64"):
+        frame.over(noise().astype(np.int64))

@@ -30,7 +30,7 @@ class Background:
     """
 
     image: Any
-    """The path of a PNG, JPEG or other image, or an array [h, w, 3]: linear floats, or sRGB as uint8."""
+    """The path of a PNG, JPEG or other image, or an array or tensor [h, w, 3]: linear floats or sRGB integers."""
     camera: CameraGeometry | None = None
     """The camera that took the picture; None for the one that has it."""
     fit: Fit = "exact"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Bools, Floats
+from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, SettingsError, WorldError
 
-__all__ = ["picture_behind"]
+__all__ = ["numpy_background", "picture_behind"]
 
 Colors = npt.NDArray[np.float32]
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff", ".exr", ".hdr")
@@ -23,15 +24,27 @@ MAX_SUBPIXELS = 8
 """Points along each side of a pixel at which a larger picture is looked up, at most."""
 
 
+def numpy_background(given: Any) -> Any:
+    """Returns a background whose tensors (PyTorch, JAX, TensorFlow, DLPack) are NumPy arrays; anything else unchanged.
+
+    Raises `SettingsError` for tensors that are not in the CPU's memory, or that need a gradient.
+    """
+    if isinstance(given, Background) and is_tensor(given.image):
+        return replace(given, image=numbers("background", given.image))
+    return numbers("background", given) if is_tensor(given) else given
+
+
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
     """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
 
-    `given` is a colour, the path of a picture, an array [h, w, 3] of that size (bytes are sRGB), or a `Background`. A
-    path is that of a photograph where it has the size of the frame, and of a picture that covers the frame otherwise.
+    `given` is a colour, the path of a picture, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
+    sRGB, floats linear), or a `Background`. A path is that of a photograph where it has the size of the frame, and of a
+    picture that covers the frame otherwise.
 
     Raises `SettingsError` for what is none of these and for photographs of another size, `FormatError` and `OSError`.
     """
     width, height = size
+    given = numpy_background(given)
     if isinstance(given, str) and Path(given).suffix.lower() not in PICTURES:
         return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
     if isinstance(given, str | os.PathLike):
@@ -194,6 +207,10 @@ def _linear(array: npt.NDArray[Any]) -> Colors:
         raise SettingsError(f"background has the shape {list(array.shape)}: expected [height, width, 3]")
     if array.dtype == np.uint8:
         return _core.linear_from_srgb8(np.ascontiguousarray(array))
+    if array.dtype == np.uint16:
+        return _linear_from_stored((array / 65535).astype(np.float32))
+    if array.dtype.kind != "f":
+        raise SettingsError(f"background of dtype {array.dtype}: expected uint8, uint16 or floats")
     return array.astype(np.float32)
 
 

@@ -12,7 +12,7 @@ from .. import _core
 from ..errors import SettingsError
 from ..notices import warn_all
 from ..world.studio import FLOOR
-from .background import picture_behind
+from .background import numpy_background, picture_behind
 from .frame import Frame
 
 __all__ = ["over", "shadow_ratio", "studio_shadow"]
@@ -36,6 +36,7 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
             "no opacity: render the frame with transparent_background=True and the channel color"
         )
     x, y, width, height = frame.region
+    background = numpy_background(background)
     part = isinstance(background, np.ndarray) and background.shape[:2] == (height, width)
     size = (width, height) if part else frame.size
     behind, notices = picture_behind(background, frame.camera, size)

@@ -83,7 +83,7 @@ def render(
     * `denoise` applies Open Image Denoise (`pip install raycam[denoise]`): the image is then biased.
     * `transparent_background` hides the background. Colours are premultiplied by the channel `alpha`, which is added.
       Objects with `shadow_catcher` are hidden; the channel `shadow`, which is added, has the factor of their shadows.
-    * `background` (`Camera.background`): a colour, a photo's path, an array [h, w, 3] or a `Background` (`Frame.over`).
+    * `background` (`Camera.background`): a colour, a photo's path, an array, a tensor or a `Background` (`Frame.over`).
     * `catcher_truth`: ground truth describes shadow catchers even if they are hidden.
     * `progress(done, total)` is called about 50 times per second; an exception in it stops the render, as Ctrl-C does.
       `cancel.cancel()` stops it from another thread.

@@ -46,6 +46,14 @@ def blank_notices(
     if color is None or integrator not in LIT_INTEGRATORS:
         return
     if not color[seen].any():
+        instances = planes["instance"] if "instance" in planes else truth()
+        enclosing = _enclosing_object(world, camera, instances)
+        if enclosing is not None:
+            yield (
+                f"what is seen is black: the camera is inside object {enclosing!r}, which no light passes and whose "
+                "inside does not shine; move the camera out of it, or use set_object(..., visible=False)"
+            )
+            return
         yield (
             "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
             "where they shine, and colours of 0"
@@ -79,6 +87,16 @@ def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
     # Few pixels may show an object between the probes, and a probe may be in a shadow.
     color = planes.get("color")
     return found if found.any() and (color is None or color[found].any()) else truth() >= 0
+
+
+def _enclosing_object(world: World, camera: Camera, instances: npt.NDArray[Any]) -> str | None:
+    """The name of the only object in the image if it contains the camera, or None."""
+    shown = np.unique(instances[instances >= 0])
+    if len(shown) != 1 or camera.is_parallel:
+        return None
+    number = int(shown[0])
+    inside = world.inside(np.asarray(camera.location, dtype=np.float64), objects=[number])
+    return world.objects[number].name if bool(inside) else None
 
 
 def _place(camera: Camera) -> str:

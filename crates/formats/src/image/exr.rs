@@ -14,7 +14,8 @@ use raycam_scene::Image;
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
-use crate::image::decoder::{ColorUse, Decoder, MAX_UNBACKED_BYTES};
+use crate::image::ColorUse;
+use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES};
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, stand_in};
 

@@ -7,8 +7,8 @@ use raycam_scene::{Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
 use crate::error::Result;
+use crate::image::ColorUse;
 use crate::image::decode_image;
-use crate::image::decoder::ColorUse;
 use crate::image::udim;
 use crate::io::{AssetRoot, InputFile, companion, reference};
 

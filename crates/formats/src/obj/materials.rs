@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
 
 use crate::error::Result;
-use crate::image::decoder::ColorUse;
+use crate::image::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
 use crate::io::{AssetRoot, lexer, reference};

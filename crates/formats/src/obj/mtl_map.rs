@@ -5,7 +5,7 @@ use std::path::Path;
 use raycam_scene::{Texture, Wrap};
 
 use crate::error::{Location, Result};
-use crate::image::decoder::ColorUse;
+use crate::image::ColorUse;
 use crate::image::texture;
 use crate::io::{AssetRoot, Diagnostics, lexer};
 

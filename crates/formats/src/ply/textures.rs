@@ -6,7 +6,7 @@ use raycam_scene::{Material, MeshFile, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::geometry::colors;
-use crate::image::decoder::ColorUse;
+use crate::image::ColorUse;
 use crate::image::texture;
 use crate::io::AssetRoot;
 

@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 pub use self::encoded::{ByteString, EncodedImage};
-pub use self::image::{Image, Texels};
+pub use self::image::{ColorUse, Image, Texels};
 use crate::error::Result;
 pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};

@@ -11,8 +11,8 @@ use crate::gltf::document::buffers;
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
+use crate::image::ColorUse;
 use crate::image::decode_image;
-use crate::image::decoder::ColorUse;
 use crate::image::udim;
 use crate::io::companion;
 
