@@ -21,6 +21,10 @@ SECTIONS: dict[str, list[str]] = {
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
+    "Photographs": [
+        *("photo_truth", "surface_visibility", "SurfaceVisibility"),
+        *("photos.coverage_world", "photos.coverage_picture"),
+    ],
     "Videos": ["video.write_video", "video.VideoPlan"],
     "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],

@@ -32,6 +32,7 @@ from .world.texture import Texture
 if TYPE_CHECKING:
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .photos import SurfaceVisibility, photo_truth, surface_visibility
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -61,6 +62,7 @@ __all__ = [
     "SelfCheck",
     "Sensor",
     "SettingsError",
+    "SurfaceVisibility",
     "Texture",
     "Topology",
     "Video",
@@ -78,6 +80,7 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "photo_truth",
     "progressive",
     "render",
     "render_many",
@@ -85,6 +88,7 @@ __all__ = [
     "save_cameras",
     "selfcheck",
     "strict",
+    "surface_visibility",
     "view",
 ]
 
@@ -94,6 +98,9 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "photo_truth": "photos",
+    "SurfaceVisibility": "photos",
+    "surface_visibility": "photos",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",
@@ -101,7 +108,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "video")
+_MODULES = ("data", "dataset", "jobs", "photos", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 

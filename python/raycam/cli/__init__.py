@@ -27,6 +27,7 @@ from . import (
     completion,
     dataset,
     demo,
+    depth,
     doctor,
     explain,
     info,
@@ -36,6 +37,7 @@ from . import (
     status,
     video,
     view,
+    visible,
 )
 from .options.command import option_names
 from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
@@ -47,6 +49,8 @@ COMMANDS = {
     "view": view.COMMAND,
     "video": video.COMMAND,
     "dataset": dataset.COMMAND,
+    "depth": depth.COMMAND,
+    "visible": visible.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,

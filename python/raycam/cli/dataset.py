@@ -39,7 +39,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         default="coco",
         help="format: coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, "
-        "mot, hdf5, mcap, replicator",
+        "mot, hdf5, mcap, replicator, photos",
     )
     command.add_argument(
         "--cameras",

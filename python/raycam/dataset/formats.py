@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import bop, coco, colmap, kitti, nerf, rgbd, web
+from . import bop, coco, colmap, kitti, nerf, photographs, rgbd, web
 from .training import hdf5, mcap, mot, panoptic, replicator, semantic, yolo
 
 __all__ = ["FORMATS"]
@@ -23,5 +23,6 @@ FORMATS = {
     "hdf5": hdf5.FORMAT,
     "mcap": mcap.FORMAT,
     "replicator": replicator.FORMAT,
+    "photos": photographs.FORMAT,
 }
 """Formats by name."""

@@ -168,6 +168,7 @@ def write(
       without a time. Requires `raycam[mcap]`
     * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
+    * "photos": depth, normals and masks under the names of photographs; options and layouts as in `raycam.photo_truth`
 
     Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
     the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and

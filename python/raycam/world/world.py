@@ -18,6 +18,7 @@ from ..io.html_form import html_table
 from ..io.other_names import no_attribute
 from ..notices import warn_all
 from .building import WorldBuilding
+from .culling import cull_faces
 from .description import plain
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
@@ -113,6 +114,16 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """Pickles the world as `to_bytes` does; raises its errors."""
         return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory)
+
+    def cull_faces(self, which: str | int, keep: npt.ArrayLike) -> World:
+        """Returns a copy in which an object, by name or number, has only the faces where `keep` is True.
+
+        `keep` is bool [n], one for each triangle of the object, as `surface_visibility` returns:
+        `world.cull_faces(0, seen.views > 0)`. Texture coordinates, shading normals, vertex colours and the material
+        stay. Raises `WorldError` for another shape, for an object without any face left, and for one with several
+        materials.
+        """
+        return cull_faces(self, which, keep)
 
     def add_ground(
         self,

@@ -40,7 +40,7 @@ ORDER = {
     "python": """
         errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
         reference render sensors annotations
-        interop data randomize jobs cluster video dataset calibration_check explanation viewer lecture
+        interop data randomize jobs cluster video dataset photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
     """,

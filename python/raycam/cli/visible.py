@@ -1,0 +1,117 @@
+"""The command `raycam visible`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING
+
+from ..errors import SettingsError
+from .options.command import Command
+from .options.photographs import add_photograph_cameras, photograph_cameras
+from .options.worlds import add_world, load_world
+
+if TYPE_CHECKING:
+    from ..photos import SurfaceVisibility
+    from ..world import World
+
+ENDINGS = (".ply", ".npz", ".glb")
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    add_world(command)
+    add_photograph_cameras(command)
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=".ply: faces with the properties views, fraction, best_view, best_resolution and angle; .npz: arrays; "
+        ".glb: the model without unseen faces, with --cull",
+    )
+    command.add_argument(
+        "--cull", action="store_true", help="omit faces that fewer than --min-views cameras see"
+    )
+    command.add_argument(
+        "--min-views",
+        metavar="N",
+        type=int,
+        default=1,
+        help="cameras that must see a face to keep it (default: 1)",
+    )
+    command.add_argument(
+        "--samples", metavar="N", type=int, help="samples on each face (default: one per pixel, 4 to 256)"
+    )
+    command.add_argument(
+        "--facing",
+        metavar="SIDE",
+        default="auto",
+        help="front: ignore cameras behind a face; both; auto (default): front unless the mesh is inside out",
+    )
+    command.add_argument(
+        "--heat",
+        metavar="PNG",
+        help="image of the faces from outside, coloured by the number of their cameras",
+    )
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from ..photos import coverage_picture, surface_visibility
+
+    ending = os.path.splitext(options.output or ".ply")[1].lower()
+    if ending not in ENDINGS:
+        raise SettingsError(f"-o {options.output}: expected a name that ends in .ply, .npz or .glb")
+    if ending == ".glb" and not options.cull:
+        raise SettingsError(f"-o {options.output}: a .glb file requires --cull")
+    world = load_world(options)
+    cameras = photograph_cameras(options)
+    seen = surface_visibility(
+        world,
+        cameras,
+        samples="faces" if options.samples is None else options.samples,
+        facing=options.facing,
+        threads=options.threads,
+    )
+    kept = seen.views >= options.min_views if options.cull else seen.views >= 0
+    if options.output is not None:
+        _write(world, seen, kept, options.output, ending)
+    if options.heat is not None:
+        coverage_picture(world, seen).save(options.heat)
+    some = int((seen.views > 0).sum())
+    print(
+        f"{some} of {len(seen.views)} faces are visible to {len(cameras)} cameras ({100 * some / len(kept):.3g} %)"
+    )
+    if options.output is not None and options.cull:
+        print(f"{options.output}: {int(kept.sum())} faces")
+
+
+def _write(world: World, seen: SurfaceVisibility, kept: object, path: str, ending: str) -> None:
+    import numpy as np
+
+    from ..photos.files import save_faces, save_visibility
+
+    mask = np.asarray(kept)
+    if ending == ".npz":
+        save_visibility(path, seen)
+    elif ending == ".ply":
+        save_faces(path, world, seen, mask)
+    else:
+        for item in reversed(world.objects):
+            own = mask[seen.of(item.id)]
+            if len(own) and not own.any():
+                world.remove_object(item.id)
+            elif len(own):
+                world = world.cull_faces(item.id, own)
+        world.to_gltf(path)
+
+
+COMMAND = Command(
+    _add,
+    "find the faces of a mesh that cameras see",
+    [
+        "raycam visible scan.ply --cameras sparse/0                        the share of visible faces",
+        "raycam visible scan.ply --cameras sparse/0 --cull -o seen.ply     only the visible faces",
+        "raycam visible model.glb --cameras sparse/0 --heat coverage.png -o faces.npz",
+    ],
+)

@@ -1,0 +1,5 @@
+"""Ground truth for photographs: the data set format "photos" and its layouts."""
+
+from .format import FORMAT, LAYOUTS
+
+__all__ = ["FORMAT", "LAYOUTS"]

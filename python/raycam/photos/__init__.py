@@ -1,0 +1,15 @@
+"""Photographs and surfaces: the ground truth of posed photographs, visibility, and textures."""
+
+from .coverage import coverage_picture, coverage_world
+from .truth import named_photographs, photo_truth
+from .visibility import FacePairs, SurfaceVisibility, surface_visibility
+
+__all__ = [
+    "FacePairs",
+    "SurfaceVisibility",
+    "coverage_picture",
+    "coverage_world",
+    "named_photographs",
+    "photo_truth",
+    "surface_visibility",
+]

@@ -1,0 +1,70 @@
+"""Coverage: the number of cameras that see each face, as colours on the mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..render import render
+from ..render.frame import Frame
+from ..world import World
+from .visibility import SurfaceVisibility
+
+__all__ = ["coverage_colors", "coverage_picture", "coverage_world"]
+
+# Colours of the map viridis at even steps; Smith and van der Walt 2015.
+VIRIDIS = (
+    np.array(
+        [
+            (68, 1, 84),
+            (71, 44, 122),
+            (59, 81, 139),
+            (44, 113, 142),
+            (33, 144, 141),
+            (39, 173, 129),
+            (92, 200, 99),
+            (170, 220, 50),
+            (253, 231, 37),
+        ]
+    )
+    / 255.0
+)
+UNSEEN = np.array([0.85, 0.0, 0.55])
+
+
+def coverage_colors(views: npt.NDArray[np.int32], most: int | None = None) -> npt.NDArray[np.uint8]:
+    """sRGB colours uint8 [n, 3]: magenta for 0 views, then from dark blue for 1 to yellow for `most` or more."""
+    top = max(int(views.max(initial=1)) if most is None else most, 2)
+    place = np.clip((views - 1) / (top - 1), 0, 1) * (len(VIRIDIS) - 1)
+    colors = np.stack([np.interp(place, np.arange(len(VIRIDIS)), VIRIDIS[:, i]) for i in range(3)], axis=1)
+    colors[views == 0] = UNSEEN
+    found: npt.NDArray[np.uint8] = np.rint(colors * 255).astype(np.uint8)
+    return found
+
+
+def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = None) -> World:
+    """A world with the faces of `seen`, coloured by the number of their cameras, in unlit colours."""
+    made = World(world.up)
+    colors = coverage_colors(seen.views, most)
+    for item in world.objects:
+        own = seen.of(item.id)
+        if own.any():
+            corners = world.triangles(item.id)
+            faces = np.arange(3 * len(corners)).reshape(-1, 3)
+            made.add_mesh(
+                corners.reshape(-1, 3),
+                faces,
+                name=item.name,
+                face_colors=colors[own],
+                material={"type": "unlit"},
+            )
+    return made
+
+
+def coverage_picture(
+    world: World, seen: SurfaceVisibility, camera: Camera | None = None, most: int | None = None
+) -> Frame:
+    """An image of the coverage from `camera` (default: one that frames the mesh)."""
+    colored = coverage_world(world, seen, most)
+    return render(colored, camera or colored.view_from(size=(960, 640)), samples=4)

@@ -1,0 +1,59 @@
+"""Check that cameras look at the world: in another frame or unit, most of them do not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..arguments import Floats
+from ..camera import Camera
+from ..world import World
+
+__all__ = ["cameras_that_see", "pixel_grid", "placement_notices"]
+
+GRID = 12
+"""Rays along each side of a photograph, by which a camera is found to see the world."""
+FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
+"""Factors of coordinates: metric units, inches, feet, and a mirrored model."""
+
+
+def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[str]:
+    """The notice that fewer than half of the cameras see the world, with the factor that fits best; else empty."""
+    given = list(cameras.values())
+    seeing = int(np.count_nonzero(cameras_that_see(world, given)))
+    bounds = world.bounds
+    if 2 * seeing >= len(given) or bounds is None:
+        return []
+    counts = {factor: int(np.count_nonzero(cameras_that_see(world, given, factor))) for factor in FACTORS}
+    best = max(counts, key=lambda factor: counts[factor])
+    remedy = "check that the mesh is in the coordinates of the cameras"
+    if counts[best] > seeing:
+        remedy = f"with the mesh scaled by {best:g}, {counts[best]} cameras would"
+    middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
+    places = np.array([camera.location for camera in given])
+    around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
+    return [
+        f"{seeing} of {len(given)} cameras look at the mesh; {remedy} (the mesh's centre is ({middle}), the median of "
+        f"the cameras' positions ({around}))"
+    ]
+
+
+def cameras_that_see(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> list[bool]:
+    """For each camera, whether one of a grid of rays meets the world scaled by `factor` around the origin."""
+    found = []
+    for camera in cameras:
+        placed = camera if factor == 1.0 else camera.still().at_pose(camera.R, camera.location / factor)
+        pixels = pixel_grid(placed)
+        origins, ways = placed.rays(pixels)
+        ways = ways if factor > 0 else -ways
+        found.append(bool(world.occluded(origins, ways).any()))
+    return found
+
+
+def pixel_grid(camera: Camera) -> Floats:
+    """Pixels [n, 2] of an even grid over the image."""
+    width, height = camera.size
+    u = (np.arange(GRID) + 0.5) / GRID * width + camera.corner
+    v = (np.arange(GRID) + 0.5) / GRID * height + camera.corner
+    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)

@@ -1,0 +1,110 @@
+"""Sight between surface points and a camera: pixel, incidence, occlusion, and resolution on the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools, Floats
+from ..camera import Camera
+from ..world import World
+
+__all__ = ["Facing", "Sight", "find_sight", "footprints"]
+
+Facing = Literal["front", "both"]
+STEP = 1e-4
+"""Step of the finite differences of `footprints`, relative to the distance of the camera."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """The points that a camera sees."""
+
+    index: npt.NDArray[np.int64]
+    """The visible points' numbers [k], ascending."""
+    pixels: Floats
+    """Their pixels [k, 2]."""
+    cosine: Floats
+    """The cosines [k] of their angles of incidence, more than 0."""
+    origins: Floats
+    """Where the rays of their pixels start [k, 3]: the camera's centre, with a rolling shutter that of their line."""
+
+
+def find_sight(
+    world: World,
+    camera: Camera,
+    points: Floats,
+    normals: Floats,
+    *,
+    facing: Facing = "front",
+    min_cosine: float = 0.0,
+    threads: int | None = None,
+) -> Sight:
+    """The points [n, 3] with unit normals [n, 3] that the camera sees.
+
+    A point is visible if it projects through the lens into the image, faces the camera (with `facing` "both", either
+    side does) at a cosine above `min_cosine`, and no triangle is between it and the start of its pixel's ray.
+    """
+    pixels, ok = camera.project(points)
+    low = camera.corner
+    with np.errstate(invalid="ignore"):
+        ok = ok & (pixels >= low).all(axis=1) & (pixels < np.array(camera.size) + low).all(axis=1)
+    index = np.flatnonzero(ok)
+    pixels = pixels[index]
+    origins, ways = camera.rays(pixels)
+    towards = origins - points[index]
+    length = np.sqrt((towards**2).sum(axis=1))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosine = (towards * normals[index]).sum(axis=1) / length
+    if facing == "both":
+        cosine = np.abs(cosine)
+    kept = np.isfinite(ways[:, 0]) & (cosine > min_cosine)
+    index, pixels, origins, cosine = index[kept], pixels[kept], origins[kept], cosine[kept]
+    clear = world.visible(points[index], origins, threads=threads)
+    return Sight(index[clear], pixels[clear], cosine[clear], origins[clear])
+
+
+def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
+    """The derivatives [n, 2, 2] of pixels by the two surface directions, in pixels a metre, by central differences.
+
+    `distance` [n] is that of the camera. NaN where the lens has no image next to a point.
+    """
+    # Duff et al., Building an orthonormal basis, revisited, 2017.
+    x, y, z = normals.T
+    sign = np.where(z >= 0, 1.0, -1.0)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    tangents = (
+        np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1),
+        np.stack([b, sign + y * y * a, -y], axis=1),
+    )
+    step = STEP * distance[:, None]
+    found = np.empty((len(points), 2, 2))
+    for axis, tangent in enumerate(tangents):
+        ahead, _ = camera.project(points + step * tangent)
+        behind, _ = camera.project(points - step * tangent)
+        found[:, :, axis] = (ahead - behind) / (2 * step)
+    return found
+
+
+def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
+    """The order [n] of points along a Morton curve, so that neighbours are traced together."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = max(float((high - low).max()), 1e-300)
+    cells = np.clip((points - low) / extent * 1023, 0, 1023).astype(np.uint64)
+    code = np.zeros(len(points), np.uint64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= ((cells[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
+    order: npt.NDArray[np.int64] = np.argsort(code, kind="stable")
+    return order
+
+
+def meets_front(world: World, camera: Camera, grid: Floats, threads: int | None = None) -> Bools:
+    """For the rays through pixels `grid` [n, 2] that hit the world, True where the first surface faces the camera."""
+    found = world.cast_rays(*camera.rays(grid), fields=("t", "front"), threads=threads)
+    front: Bools = found["front"][np.isfinite(found["t"])]
+    return front

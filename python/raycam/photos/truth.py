@@ -1,0 +1,98 @@
+"""Depth, normals and masks of photographs, as a data set under the photographs' names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..calibration import Cameras
+from ..camera import Camera
+from ..dataset import DatasetResult, write
+from ..errors import SettingsError
+from ..notices import warn_all
+from ..render.arguments import world_of
+from ..world import World
+from .placement import placement_notices
+
+__all__ = ["named_photographs", "photo_truth"]
+
+
+def photo_truth(
+    world: World | str | os.PathLike[str],
+    cameras: Mapping[str, Camera] | Sequence[Camera],
+    folder: str | os.PathLike[str],
+    *,
+    channels: Sequence[str] = ("depth",),
+    layout: str = "plain",
+    images: Mapping[str, str] | None = None,
+    **options: Any,
+) -> DatasetResult:
+    """Writes the depth, normals, masks and more of photographs, through the photographs' own lenses.
+
+    `world` is the mesh in the cameras' coordinates, `cameras` are posed cameras as from `load_cameras`. Files have the
+    photographs' names (`cameras.images`, or `images` by camera name, else the cameras' names), in a folder for each
+    channel: depth/IMG_0001.png. Every value belongs to the exact ray through the pixel's centre. Channels:
+
+    ========== ===================================================================================================
+    depth      along the principal axis; uint16 PNG in steps of `depth_scale` millimetres (1), 0 without a surface
+               and beyond the range; `depth_format` "exr" or "npy": float32 metres, 0 without a surface
+    distance   along the ray; files as of depth
+    normal     unit normal in camera axes, PNG of `normal_bits` (8 or 16): 0..max is -1..1, 0 without a surface;
+               `normal_axes` "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward)
+    mask       255 where there is a surface
+    instance   uint16 PNG: object id + 1, 0 without a surface
+    position   the point in the world, EXR with float32, NaN without a surface
+    valid      255 where the lens has a ray
+    confidence 255 times the cosine of incidence; 0 without a surface and for mixed pixels, whose neighbours show
+               no surface, or one off the tangent plane by more than 2 % of the depth
+    ========== ===================================================================================================
+
+    `error.json` contains each photograph's share of pixels without a surface. Other layouts have fixed files:
+
+    * "scannetpp": render_depth/NAME.png, uint16 millimetres
+    * "mvsnet": Depths/depth_map_0000.pfm, depth_visual_0000.png and Cameras/00000000_cam.txt; pinhole cameras
+    * "colmap": stereo/depth_maps/NAME.JPG.geometric.bin, stereo/normal_maps and sparse/; pinhole cameras
+    * "blendedmvs": rendered_depth_maps/00000000.pfm and cams/00000000_cam.txt; pinhole cameras
+
+    Numbered layouts have the photographs' names in `photographs.json`. `facing="front"` ignores surfaces seen from
+    behind. `options` are also those of `raycam.dataset.write` (`workers`, `shard`, `resume`, `progress`): the same call
+    resumes an interrupted one. A notice reports that fewer than half of the cameras look at the world.
+
+    Returns a `raycam.dataset.DatasetResult`. Raises `SettingsError`, `CameraError`, `JobError` and `OSError` as
+    `raycam.dataset.write`.
+    """
+    found = world_of(world)
+    named = named_photographs(cameras, images)
+    lost = placement_notices(found, named)
+    warn_all(lost)
+    written = write(found, folder, "photos", cameras=named, channels=list(channels), layout=layout, **options)
+    return replace(written, notices=(*lost, *written.notices))
+
+
+def named_photographs(
+    cameras: Mapping[str, Camera] | Sequence[Camera], images: Mapping[str, str] | None = None
+) -> dict[str, Camera]:
+    """Cameras by the names of their photographs, else by their own names or numbers.
+
+    Raises `SettingsError` for anything but cameras, and for two cameras of one photograph.
+    """
+    if isinstance(cameras, Camera | str | os.PathLike):
+        raise SettingsError(
+            f"cameras must be several cameras, got {cameras!r}; use raycam.load_cameras(FILE)"
+        )
+    known = cameras.images if isinstance(cameras, Cameras) else {}
+    known = {**known, **(images or {})}
+    given = cameras if isinstance(cameras, Mapping) else {f"{i:06d}": one for i, one in enumerate(cameras)}
+    if not given:
+        raise SettingsError("cameras is empty; pass at least one camera")
+    found: dict[str, Camera] = {}
+    for name in given:
+        camera, photograph = given[name], known.get(name, name)
+        if not isinstance(camera, Camera):
+            raise SettingsError(f"cameras[{name!r}] must be a raycam.Camera, not {type(camera).__name__}")
+        if photograph in found:
+            raise SettingsError(f"two cameras have the photograph {photograph!r}; expected one each")
+        found[photograph] = camera
+    return found

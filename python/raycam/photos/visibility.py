@@ -1,0 +1,287 @@
+"""Which faces the cameras see, and how well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, one_of, thread_count, whole
+from ..camera import Camera
+from ..errors import WorldError
+from ..notices import warn, warn_all
+from ..world import World
+from ..world.chosen import Chosen, object_mask
+from .placement import pixel_grid, placement_notices
+from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
+from .truth import named_photographs
+
+__all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
+
+MAX_SAMPLES = 256
+"""The most samples on a face."""
+LARGE_FACE = 4.0
+"""Pixels of a face in some camera above which it gets as many samples as pixels."""
+INSET = 0.01
+"""Share of the way from a face's corners to its centroid at which the corner samples are."""
+CHUNK = 1 << 17
+"""Samples in work at the same time, about 100 MB."""
+INSIDE_OUT = 0.9
+"""Share of rays that first meet backs above which both sides count."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacePairs:
+    """A sparse matrix face x camera, in compressed rows (CSR)."""
+
+    offsets: npt.NDArray[np.int64]
+    """Entries of face i are `offsets[i]:offsets[i + 1]`, int64 [faces + 1]."""
+    camera: npt.NDArray[np.int32]
+    """The camera's number of each entry, int32 [m], ascending within a face."""
+    fraction: npt.NDArray[np.float32]
+    """The share of the face's samples that this camera sees, float32 [m], more than 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceVisibility:
+    """The result of `surface_visibility`; arrays [n] have one value for each face, in the order of `ids`."""
+
+    ids: npt.NDArray[np.int32]
+    """(instance, triangle) of the faces, int32 [n, 2], in the order of `World.triangle_ids`."""
+    names: tuple[str, ...]
+    """The photographs' or cameras' names."""
+    views: npt.NDArray[np.int32]
+    """The number of cameras that see a part of the face, int32."""
+    fraction: npt.NDArray[np.float32]
+    """The share of the face's samples that any camera sees, float32."""
+    best_view: npt.NDArray[np.int32]
+    """The camera with the best resolution, int32; -1 for a face that no camera sees."""
+    best_resolution: npt.NDArray[np.float32]
+    """Its resolution in pixels a metre across the worse direction on the surface, float32; 0 if not seen."""
+    angle: npt.NDArray[np.float32]
+    """Its angle of incidence in degrees, float32; NaN if not seen."""
+    faces_seen: npt.NDArray[np.int32]
+    """The number of faces that each camera sees, int32 [cameras]."""
+    facing: Facing
+    """"front", or "both" if backs counted too."""
+    pairs: FacePairs | None = None
+    """Which camera sees which face, with `pairs=True`."""
+
+    def of(self, instance: int) -> npt.NDArray[np.bool_]:
+        """True [n] for the faces of an object, by its id."""
+        found: npt.NDArray[np.bool_] = self.ids[:, 0] == instance
+        return found
+
+
+def surface_visibility(
+    world: World,
+    cameras: Mapping[str, Camera] | Sequence[Camera],
+    *,
+    objects: Chosen | None = None,
+    samples: int | Literal["faces"] = "faces",
+    facing: Literal["auto", "front", "both"] = "auto",
+    pairs: bool = False,
+    images: Mapping[str, str] | None = None,
+    threads: int | None = None,
+) -> SurfaceVisibility:
+    """Which faces the cameras see, by exact rays through the cameras' lenses; no face is too small.
+
+    `cameras` are posed cameras as from `load_cameras`, `objects` the ids or names of the objects whose faces are
+    returned; all objects occlude. A camera sees a sample on a face if the sample projects through the lens into the
+    image, faces the camera, and no triangle is between it and the camera's centre (with a rolling shutter, where the
+    camera is when that line is read). `samples` is their number for each face; "faces" takes the centroid and the
+    corners, moved inside by 1 %, and on faces larger than 4 pixels in some camera as many samples as pixels, up to 256.
+
+    `facing` "front" ignores cameras behind a face, "both" does not; "auto" is "front" unless at least 90 % of the rays
+    that hit the world meet backs first, which a notice reports. `pairs=True` also returns which camera sees which face.
+    A notice reports that fewer than half of the cameras look at the world. Memory does not grow with the number of
+    cameras, except with `pairs`.
+
+    Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
+    """
+    named = named_photographs(cameras, images)
+    each = list(named.values())
+    count = None if samples == "faces" else whole("samples", samples, 1, MAX_SAMPLES)
+    threads = thread_count(threads)
+    one_of("facing", facing, ("auto", "front", "both"))
+    mask = object_mask(world._core, objects)
+    ids, corners = world.triangle_ids(), world.triangles()
+    if mask is not None:
+        kept = np.flatnonzero(mask[ids[:, 0]])
+        ids, corners = ids[kept], corners[kept]
+    if not len(ids):
+        raise WorldError("the world has no visible faces; surface_visibility requires a mesh")
+    warn_all(placement_notices(world, named))
+    sides = side_of(world, each, threads) if facing == "auto" else facing
+    order = in_morton_order(corners.mean(axis=1))
+    found = _Totals(len(ids), len(each), pairs)
+    for some in _chunks(order, corners, each, count):
+        found.add(world, each, some, corners[some[0]], sides, threads)
+    return found.result(ids, tuple(named), sides)
+
+
+def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None) -> Literal["front", "both"]:
+    """ "both", with a notice, if at least 90 % of the rays that hit the world first meet backs; else "front"."""
+    hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
+    fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
+    if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT:
+        return "front"
+    warn(
+        f"{100 * (1 - fronts.mean()):.0f} % of the rays meet the backs of faces: the mesh seems to be inside out; "
+        'both sides count (facing="both")'
+    )
+    return "both"
+
+
+Chunk = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]
+"""Faces [k], and for each sample the place of its face in them [m] and its barycentric weights [m, 3]."""
+
+
+def _chunks(
+    order: npt.NDArray[np.int64], corners: Floats, cameras: Sequence[Camera], count: int | None
+) -> Iterator[Chunk]:
+    """Iterates over faces with their samples, at most `CHUNK` samples at once."""
+    limit = CHUNK // MAX_SAMPLES
+    pattern = (
+        {number: sample_pattern(number) for number in range(1, MAX_SAMPLES + 1)} if count is None else {}
+    )
+    start = 0
+    while start < len(order):
+        faces = order[start : start + max(limit, CHUNK // 8)]
+        numbers = np.full(len(faces), count or 0)
+        if count is None:
+            numbers = np.clip(np.ceil(largest_areas(corners[faces], cameras)), 4, MAX_SAMPLES).astype(int)
+        fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK, side="right")))
+        faces, numbers = faces[:fit], numbers[:fit]
+        owner = np.repeat(np.arange(len(faces)), numbers)
+        weights = np.concatenate(
+            [pattern[n] if count is None else sample_pattern(count, corners=False) for n in numbers]
+        )
+        yield faces, owner, weights
+        start += len(faces)
+
+
+def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
+    """The largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 if below `LARGE_FACE`."""
+    largest = np.zeros(len(corners))
+    for camera in cameras:
+        pixels, in_front = camera.project(corners.reshape(-1, 3))
+        p, ok = pixels.reshape(-1, 3, 2), in_front.reshape(-1, 3).all(axis=1)
+        a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+        low, high = p.min(axis=1), p.max(axis=1)
+        with np.errstate(invalid="ignore", over="ignore"):
+            area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+            inside = ok & (high >= camera.corner).all(axis=1)
+            inside &= (low <= np.array(camera.size) + camera.corner).all(axis=1)
+        largest = np.maximum(largest, np.where(inside & np.isfinite(area), area, 0.0))
+    return np.where(largest > LARGE_FACE, largest, 0.0)
+
+
+def sample_pattern(count: int, corners: bool = True) -> Floats:
+    """Barycentric weights [count, 3]: with `corners`, centroid and inset corners first; then a low-discrepancy set.
+
+    Source: the R2 sequence (Roberts 2018), folded into the triangle.
+    """
+    inset = np.eye(3) * (1 - INSET) + INSET / 3
+    fixed = np.concatenate([np.full((1, 3), 1 / 3), inset])[: count if corners else 0]
+    number = np.arange(1, count - len(fixed) + 1)
+    plastic = 1.32471795724474602596
+    u, v = (0.5 + number / plastic) % 1, (0.5 + number / plastic**2) % 1
+    folded = u + v > 1
+    u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
+    return np.concatenate([fixed, np.stack([1 - u - v, u, v], axis=1)])
+
+
+class _Totals:
+    """Values of all faces, filled chunk by chunk."""
+
+    def __init__(self, faces: int, cameras: int, pairs: bool) -> None:
+        self.views = np.zeros(faces, np.int32)
+        self.fraction = np.zeros(faces, np.float32)
+        self.best_view = np.full(faces, -1, np.int32)
+        self.best_resolution = np.zeros(faces, np.float32)
+        self.angle = np.full(faces, np.nan, np.float32)
+        self.faces_seen = np.zeros(cameras, np.int32)
+        self.entries: list[tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]]] = []
+        self.pairs = pairs
+
+    def add(
+        self,
+        world: World,
+        cameras: Sequence[Camera],
+        chunk: Chunk,
+        corners: Floats,
+        facing: Facing,
+        threads: int | None,
+    ) -> None:
+        """Adds the faces of a chunk, with their corners [k, 3, 3]."""
+        faces, owner, weights = chunk
+        points = np.einsum("nk,nkj->nj", weights, corners[owner])
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.sqrt((across**2).sum(axis=1, keepdims=True))
+        normals = np.divide(across, length, out=np.zeros_like(across), where=length > 0)[owner]
+        total = np.bincount(owner, minlength=len(faces))
+        seen = np.zeros(len(owner), bool)
+        for number, camera in enumerate(cameras):
+            sight = find_sight(world, camera, points, normals, facing=facing, threads=threads)
+            if not len(sight.index):
+                continue
+            seen[sight.index] = True
+            own = owner[sight.index]
+            hits = np.bincount(own, minlength=len(faces))
+            some = np.flatnonzero(hits)
+            self.views[faces[some]] += 1
+            self.faces_seen[number] += len(some)
+            if self.pairs:
+                camera_column = np.full(len(some), number, np.int32)
+                share = (hits[some] / total[some]).astype(np.float32)
+                self.entries.append((faces[some], camera_column, share))
+            # The first visible sample of a face stands for it.
+            _, first = np.unique(own, return_index=True)
+            index = sight.index[first]
+            distance = np.sqrt(((sight.origins[first] - points[index]) ** 2).sum(axis=1))
+            jacobian = footprints(camera, points[index], normals[index], distance)
+            resolution = smaller_singular_value(jacobian).astype(np.float32)
+            place = faces[some]
+            better = resolution > self.best_resolution[place]
+            place = place[better]
+            self.best_resolution[place], self.best_view[place] = resolution[better], number
+            self.angle[place] = np.degrees(np.arccos(np.clip(sight.cosine[first][better], 0, 1)))
+        self.fraction[faces] = np.bincount(owner, weights=seen, minlength=len(faces)) / total
+
+    def result(
+        self, ids: npt.NDArray[np.int32], names: tuple[str, ...], facing: Literal["front", "both"]
+    ) -> SurfaceVisibility:
+        """The values as a result."""
+        sparse = None
+        if self.pairs:
+            empty = (np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
+            face, camera, share = (np.concatenate(part) for part in zip(empty, *self.entries, strict=True))
+            order = np.lexsort((camera, face))
+            offsets = np.concatenate([[0], np.cumsum(np.bincount(face, minlength=len(ids)))]).astype(np.int64)
+            sparse = FacePairs(offsets, camera[order], share[order])
+        return SurfaceVisibility(
+            ids,
+            names,
+            self.views,
+            self.fraction,
+            self.best_view,
+            self.best_resolution,
+            self.angle,
+            self.faces_seen,
+            facing,
+            sparse,
+        )
+
+
+def smaller_singular_value(jacobian: Floats) -> Floats:
+    """The smaller singular values [n] of matrices [n, 2, 2]; 0 for matrices that are not finite."""
+    a, b, c, d = (jacobian[:, i, j] for i in (0, 1) for j in (0, 1))
+    with np.errstate(invalid="ignore"):
+        s = np.hypot(a + d, c - b) / 2
+        t = np.hypot(a - d, c + b) / 2
+    found: Floats = np.nan_to_num(np.abs(s - t))
+    return found

@@ -1,0 +1,55 @@
+"""Objects without some of their faces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import WorldError
+from .chosen import object_number
+from .object_mesh import object_mesh
+
+if TYPE_CHECKING:
+    from .world import World
+
+__all__ = ["cull_faces"]
+
+
+def cull_faces(world: World, which: int | str, keep: npt.ArrayLike) -> World:
+    """See `World.cull_faces`."""
+    number = object_number(world._core, which)
+    mask = np.asarray(keep)
+    mesh = object_mesh(world, number)
+    if mask.dtype != np.bool_ or mask.shape != (mesh.faces,):
+        raise WorldError(
+            f"keep must be bool [{mesh.faces}], one for each face of object {which!r}, not {mask.dtype} "
+            f"{list(mask.shape)}"
+        )
+    if not mask.any():
+        raise WorldError(
+            f"keep is False for all faces of object {which!r}; use world.remove_object to remove it"
+        )
+    if mesh.slots.any():
+        raise WorldError(
+            f"object {which!r} has {mesh.slots.max() + 1} materials, and cull_faces supports objects with one; add "
+            "the parts of each material as objects of their own"
+        )
+    matrix = np.linalg.inv(world.objects[number].matrix)
+    local = mesh.corners[mask] @ matrix[:3, :3].T + matrix[:3, 3]
+    vertex = [local.reshape(-1, 3)]
+    optional = {"uvs": mesh.uvs[0] if mesh.uvs else None, "normals": mesh.normals}
+    if mesh.colors is not None:
+        optional["vertex_colors"] = mesh.colors[..., :3]
+    given = {name: array[mask] for name, array in optional.items() if array is not None}
+    vertex += [array.reshape(-1, array.shape[-1]).astype(np.float64) for array in given.values()]
+    welded, faces = np.unique(np.concatenate(vertex, axis=1), axis=0, return_inverse=True)
+    keys: dict[str, Any] = {}
+    first = 3
+    for name, array in given.items():
+        keys[name] = welded[:, first : first + array.shape[-1]]
+        first += array.shape[-1]
+    copy = world.copy()
+    copy.set_object(number, vertices=welded[:, :3], faces=faces.reshape(-1, 3), **keys)
+    return copy
