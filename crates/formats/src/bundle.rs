@@ -13,8 +13,8 @@ use raycam_scene::{FileRef, Image, Light, Texture, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Location, Result};
-use crate::image::ColorUse;
 use crate::image::decode_image;
+use raycam_scene::ColorUse;
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -11,10 +11,10 @@ use crate::gltf::document::buffers;
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
-use crate::image::ColorUse;
 use crate::image::decode_image;
 use crate::image::udim;
 use crate::io::companion;
+use raycam_scene::ColorUse;
 
 impl Builder<'_, '_> {
     /// The texture slot of a reference at `place`.
