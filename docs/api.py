@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 SECTIONS: dict[str, list[str]] = {
-    "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "data"],
+    "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "robots.Robot", "data"],
     "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility"),
+        *("bake", "BakedMaps"),
         *("photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],

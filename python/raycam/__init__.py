@@ -30,6 +30,7 @@ from .world.load import load
 from .world.texture import Texture
 
 if TYPE_CHECKING:
+    from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
     from .photos import SurfaceVisibility, photo_truth, surface_visibility
@@ -40,6 +41,7 @@ __all__ = [
     "FORMATS",
     "Animation",
     "Background",
+    "BakedMaps",
     "Box3D",
     "Camera",
     "CameraError",
@@ -70,6 +72,7 @@ __all__ = [
     "World",
     "WorldError",
     "__version__",
+    "bake",
     "box3d",
     "disparity",
     "explain",
@@ -98,6 +101,8 @@ _LAZY_IMPORTS = {
     "explain": "explanation",
     "Recipe": "randomize",
     "sample": "randomize",
+    "BakedMaps": "baking",
+    "bake": "baking",
     "photo_truth": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",

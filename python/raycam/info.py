@@ -8,6 +8,7 @@ import numpy as np
 
 from .camera import Camera
 from .rig import Rig
+from .robots import Robot
 from .world import World
 
 __all__ = ["info", "info_cameras"]
@@ -46,6 +47,8 @@ def _lines(world: World) -> Iterator[str]:
         yield f"  object {item.id} {item.name!r}: {item.triangles} triangles at {_vector(item.matrix[:3, 3])}{category}"
     if len(world.objects) > 20:
         yield f"  and {len(world.objects) - 20} more"
+    for robot in world.robots.values():
+        yield from _robot(robot)
     yield f"lights     {counts['lights']}"
     for light in world.lights:
         values = ", ".join(f"{key} {_vector(value)}" for key, value in light.items() if key != "type")
@@ -69,6 +72,24 @@ def _lines(world: World) -> Iterator[str]:
         yield "rendering  " + ", ".join(f"{key} {value}" for key, value in world.render_settings.items())
     yield f"notices    {len(world.notices)}"
     yield from (f"  {notice}" for notice in world.notices)
+
+
+def _robot(robot: Robot) -> Iterator[str]:
+    """The joints of a robot with their limits, and its tree of links."""
+    links, joints = _many(len(robot.links), "link", "links"), _many(len(robot.joints), "joint", "joints")
+    yield f"robot      {robot.name!r}: {links}, {joints}"
+    for name, (low, high) in robot.limits.items():
+        limits = "not limited" if np.isinf([low, high]).all() else f"{low:g} to {high:g}"
+        yield f"  joint {name!r}: {robot.description.joints[name].type}, {limits}"
+    children: dict[str, list[str]] = {}
+    for joint in robot.description.joints.values():
+        children.setdefault(joint.parent, []).append(joint.child)
+    moved = {joint.child for joint in robot.description.joints.values()}
+    waiting = [(name, 1) for name in robot.links if name not in moved]
+    while waiting:
+        link, depth = waiting.pop()
+        yield f"{'  ' * depth}link {link}"
+        waiting += [(child, depth + 1) for child in reversed(children.get(link, []))]
 
 
 def _camera(name: str, camera: Camera) -> Iterator[str]:

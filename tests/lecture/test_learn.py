@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from raycam import cli
 from raycam.lecture import learn
+from support.node_core import needs_core
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -37,9 +38,21 @@ def test_learn_writes_lecture_and_notebooks(
     assert sum(name.endswith(".ipynb") for name in names) == 6
     assert opened == [(tmp_path / "course" / "lecture.html").resolve().as_uri()]
     page = (tmp_path / "course" / "lecture.html").read_text(encoding="utf-8")
-    assert "<iframe" not in page
+    assert "make web" in page
+    assert "live.html" not in page
     assert not re.search(r'(?:src|href)="(?!data:|https?:)', page)
     assert all(name in capsys.readouterr().out for name in ["lecture.html"])
+
+
+@needs_core
+def test_learn_opens_the_interactive_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    assert cli.main(["learn", str(tmp_path)]) == 0
+    assert opened == [(tmp_path / "live.html").resolve().as_uri()]
+    text = (tmp_path / "live.html").read_text(encoding="utf-8")
+    assert "<title>Making Virtual Worlds</title>" in text
+    assert len(text) < 6e6
 
 
 def test_learn_keeps_notebooks_with_answers(tmp_path: Path) -> None:

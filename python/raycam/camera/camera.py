@@ -17,6 +17,8 @@ from ._copies import Copies
 from ._geometry import refuse_other_types
 
 if TYPE_CHECKING:
+    from ..robots.mounted import MountedCamera
+    from ..robots.robot import Robot
     from ..world import World
 
 __all__ = ["Camera", "check_camera"]
@@ -98,6 +100,24 @@ class Camera(Constructors, Copies):
         from ..render import render
 
         return dict(render(world, self, frame=frame, threads=threads, **options))
+
+    def mounted(
+        self,
+        robot: Robot,
+        link: str,
+        R: npt.ArrayLike | None = None,
+        C: npt.ArrayLike | None = None,
+    ) -> MountedCamera:
+        """Returns the camera mounted on a robot's link; its pose follows the robot's joints.
+
+        `R` [3, 3] is the rotation camera_from_link and `C` [3] the camera's centre in the link's frame, as a hand-eye
+        calibration returns them (default: `R` and `C` of this camera). Raises `WorldError` with the nearest name for an
+        unknown link, and `CameraError` if R is not a rotation.
+        """
+        from ..robots.mounted import MountedCamera
+
+        on_link = self.at_pose(self.R if R is None else R, self.location if C is None else C)
+        return MountedCamera(Camera._of(on_link._core, on_link._up), robot, link)
 
     def _require_pinhole(self, what: str) -> None:
         """Raises `CameraError` for cameras that their camera matrix alone does not describe."""

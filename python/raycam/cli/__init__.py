@@ -22,6 +22,7 @@ from typing import Any, NoReturn
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
 from . import (
+    bake,
     bench,
     cameras,
     completion,
@@ -51,6 +52,7 @@ COMMANDS = {
     "dataset": dataset.COMMAND,
     "depth": depth.COMMAND,
     "visible": visible.COMMAND,
+    "bake": bake.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,

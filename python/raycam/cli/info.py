@@ -38,5 +38,6 @@ COMMAND = Command(
     [
         "raycam info room.toml",
         "raycam info camchain.yaml",
+        "raycam info panda.urdf                  joints, limits and links",
     ],
 )

@@ -34,7 +34,7 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "open the lecture on cameras and ray tracing, with live exercises and notebooks",
+    "open the interactive lecture on cameras and ray tracing, with exercises and notebooks",
     [
         "raycam learn",
         "raycam learn course --no-open",

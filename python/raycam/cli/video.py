@@ -67,6 +67,11 @@ def _add(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--keep-frames", action="store_true", help="keep the frames in FILE.job when the video is complete"
     )
+    group.add_argument(
+        "--trajectory",
+        metavar="FILE",
+        help="joint values of the robot over time: .csv with the header time, JOINT, ..., or .npy",
+    )
     add_job(command)
     command.set_defaults(run=_run)
 
@@ -81,6 +86,7 @@ def run_turntable(options: argparse.Namespace, output: Path) -> None:
         "audio": None,
         "lossless": False,
         "keep_frames": False,
+        "trajectory": None,
     }
     _run(argparse.Namespace(**{**values, **own, "output": str(output), "seconds": options.turntable}))
 
@@ -103,6 +109,25 @@ def _seen(
     return lit, camera, settings
 
 
+def _follow(world: World, options: argparse.Namespace) -> None:
+    """Replaces the world's video by the motion of `--trajectory`."""
+    from ..world.joint_keyframes import read_trajectory
+
+    if len(world.robots) != 1:
+        names = ", ".join(world.robots) or "none"
+        raise SettingsError(f"--trajectory requires a world with one robot; robots: {names}")
+    (robot,) = world.robots.values()
+    times, vectors = read_trajectory(robot, options.trajectory)
+    starts = robot._kinematics.starts
+    ends = [*list(starts.values())[1:], vectors.shape[1]]
+    frames = []
+    for time, vector in zip(times, vectors, strict=True):
+        parts = {name: vector[start:end] for (name, start), end in zip(starts.items(), ends, strict=True)}
+        joints = {name: part if len(part) > 1 else part[0] for name, part in parts.items()}
+        frames.append({"time": float(time), "robot": robot.name, "joints": joints})
+    world.set_video(fps=options.fps or 24.0, keyframe=frames)
+
+
 def _run(options: argparse.Namespace) -> None:
     from ..progress import frames_bar
     from ..video import VideoPlan, frame_range
@@ -115,6 +140,8 @@ def _run(options: argparse.Namespace) -> None:
         options.transparent_background, options.background = True, None
     reject_options(options, ("background",), "videos support only transparent")
     world = load_world(options)
+    if options.trajectory is not None:
+        _follow(world, options)
     rig = require_rig_only(world, options)
     camera, settings = None, given_render_options(options)
     if rig is None:
@@ -167,6 +194,7 @@ COMMAND = Command(
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
         "raycam video room.toml -o room.webm --transparent-background  with an alpha channel; .mov for editors",
         "raycam video room.toml -o room.mp4 --audio steps.wav",
+        "raycam video arm.urdf --trajectory joints.csv -o arm.mp4",
         "raycam video car.toml --rig stereo -o car.mp4               car_left.mp4, car_right.mp4",
         "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",
         "raycam video room.toml -o room.mp4 --cluster tcp://scheduler:8786",

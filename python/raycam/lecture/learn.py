@@ -9,15 +9,15 @@ from pathlib import Path
 __all__ = ["write_lecture"]
 
 WITHOUT_LIVE = (
-    "<p>(The live exercises require a raycam wheel, or <code>make web</code> in a source tree.)</p>"
+    "<p>(The interactive page requires a raycam wheel, or <code>make web</code> in a source tree.)</p>"
 )
 
 
 def write_lecture(folder: Path) -> list[Path]:
-    """Writes `lecture.html`, `live.html` and the notebooks; returns their paths, the lecture first.
+    """Writes `live.html`, `lecture.html` and the notebooks; returns their paths, the page to open first.
 
     Notebooks that exist are kept, because they may contain answers. Without the WebAssembly core, which wheels
-    contain, `live.html` is omitted and the lecture says so.
+    contain, the interactive page `live.html` is omitted, and the lecture's text names the remedy.
     """
     from ..viewer.web.core import is_built
     from ..viewer.web.live_page import lecture_page
@@ -27,12 +27,11 @@ def write_lecture(folder: Path) -> list[Path]:
     text = files.joinpath("lecture.html").read_text(encoding="utf-8")
     written = [folder / "lecture.html"]
     if is_built():
-        written.append(folder / "live.html")
-        written[-1].write_text(lecture_page(), encoding="utf-8")
+        written.insert(0, folder / "live.html")
+        written[0].write_text(lecture_page(), encoding="utf-8")
     else:
-        text = re.sub(r"<iframe .*?</iframe>", WITHOUT_LIVE, text)
-        text = re.sub(r"<p>[^<]*<a href=\"live\.html\">.*?</p>", "", text, flags=re.S)
-    written[0].write_text(text, encoding="utf-8")
+        text = re.sub(r"<p>[^<]*<a href=\"live\.html\">.*?</p>", WITHOUT_LIVE, text, flags=re.S)
+    written[-1].write_text(text, encoding="utf-8")
     for notebook in sorted(files.joinpath("notebooks").iterdir(), key=lambda file: file.name):
         target = folder / notebook.name
         if notebook.name.endswith(".ipynb"):

@@ -19,12 +19,14 @@ from ..camera import Camera
 from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
 from ..render.arguments import camera_of, world_of
+from ..world.robot_joints import follow_joints, joint_poses, mounted_camera
 from .frame import CHANNELS, Frame
 from .options import RenderOptions, given_options
 from .render import CATCHER_NOTICE, render
 from .request import DEFAULT_CHANNELS, channel_names, image_request
 
 if TYPE_CHECKING:
+    from ..robots import JointValues
     from ..world import World
 
 __all__ = ["Frames", "render_many"]
@@ -109,6 +111,7 @@ def render_many(
     cameras: Camera | str | Sequence[Camera | str] | None = None,
     *,
     poses: Mapping[str | int, npt.ArrayLike] | None = None,
+    joints: Mapping[str, JointValues] | None = None,
     channels: Sequence[str] | str = DEFAULT_CHANNELS,
     frame: int = 0,
     surface: str = "first",
@@ -128,6 +131,9 @@ def render_many(
     for any number of threads, also before the photographs of the cameras (`Camera.background`) and with the shadows of
     shadow catchers. Other arguments are those of `render`, but for `denoise` and `time_limit`.
 
+    `joints` gives the joint values of robots by name, as `World.set_joints` takes them, or one row for each picture:
+    `joints={"panda": q}` with q [n, k]. Cameras on these robots (`Camera.mounted`) follow.
+
     Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` gives arrays by channel that are
     written instead of new ones: C-contiguous, of the channel's type, [n, h, w] or [n, h, w, c]. `progress(done, total)`
     counts pictures; an exception that it raises stops the work, as Ctrl-C does.
@@ -136,14 +142,14 @@ def render_many(
     that do not match, and the errors of `render`.
     """
     world = world_of(world)
-    listed = isinstance(cameras, Sequence) and not isinstance(cameras, str)
-    seen = [camera_of(world, camera) for camera in (cameras if listed else [cameras])]  # type: ignore[union-attr]
+    several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]
+    seen = [camera_of(world, mounted_camera(world, camera)) for camera in several]
     if not seen:
         raise SettingsError("cameras is empty: expected one, or one for each picture")
     if any(camera.size != seen[0].size for camera in seen):
         sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in seen}))
         raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
-    moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
+    moved, seen = _by_joints(world, seen, poses, joints)
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
     _refuse_single(options)
     given = given_options({k: v for k, v in options.items() if k != "denoise"}, ARGUMENTS)
@@ -180,6 +186,23 @@ def render_many(
     area = None if region is None else tuple(request["region"])
     look: dict[str, Any] = {"exposure": stops, "view": view, "transparent": transparent_background}
     return Frames(arrays, seen, region=area, notices=notices, **look)
+
+
+def _by_joints(
+    world: World,
+    cameras: list[Camera],
+    poses: Mapping[str | int, npt.ArrayLike] | None,
+    joints: Mapping[str, JointValues] | None,
+) -> tuple[list[tuple[str | int, npt.NDArray[np.float64]]], list[Camera]]:
+    """The poses [n, 4, 4] with those of the robots' objects, and the cameras with those on the robots placed."""
+    moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
+    if joints is None:
+        return moved, cameras
+    moving = joint_poses(world, joints)
+    twice = [which for which, _ in moved if which in moving]
+    if twice:
+        raise SettingsError(f"poses and joints both place {', '.join(map(repr, twice))}; give one of them")
+    return [*moved, *moving.items()], follow_joints(world, cameras, joints)
 
 
 def _refuse_single(options: Mapping[str, Any]) -> None:

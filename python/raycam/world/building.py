@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import Any, Unpack
+from pathlib import Path
+from typing import Any, Literal, Unpack
 
 import numpy.typing as npt
 
@@ -14,12 +15,16 @@ from ..camera import Camera, check_camera
 from ..errors import WorldError
 from ..notices import warn
 from ..rig import Rig
+from ..robots import FileResolver, JointValues, Robot
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
 from .edit import describe_light_change, describe_object_change
 from .framing import framing_camera
+from .joint_keyframes import expand_joint_keyframes
 from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
+from .robot_files import place_robot
+from .robot_joints import move_robot
 from .targets import aim_light
 from .usd_files import add_usd_object, is_usd
 
@@ -100,6 +105,67 @@ class WorldBuilding(WorldContents):
                 return add_usd_object(self._core, given, self._folder)
             return _core.world_add_object(self._core, plain(given), None)
 
+    def add_robot(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        name: str | None = None,
+        joints: JointValues | None = None,
+        packages: Iterable[str | os.PathLike[str]] = (),
+        folder: str | os.PathLike[str] | None = None,
+        geometry: Literal["visual", "collision"] = "visual",
+        category: Literal["link", "robot"] = "link",
+        missing: Literal["error", "box"] = "error",
+        clamp_joints: bool = False,
+        **placement: Any,
+    ) -> Robot:
+        """Adds a robot from a URDF file (.urdf); returns it, as in `robots`.
+
+        Every shape of a link becomes an object, named `robot/link`, `robot/link/2`, ..., with the category `link`
+        or, with `category="robot"`, the robot's name. `name` is the robot's name (default: as in its file). `joints`
+        are values by joint name or a vector (see `set_joints`). `placement` has the keys `location`, `roll`,
+        `pitch`, `yaw` or `matrix` of the root link; in a y-up world, a robot is turned upright without `matrix`.
+
+        Meshes are .stl, .obj, .ply, .off, .glb, .gltf, or .dae, which requires the `raycam[robots]` extra. Files are
+        read from the package folder of the robot: the nearest folder above with package.xml, or else its own folder
+        (the one above if it is called urdf, robots or similar). `package://NAME` is the folder NAME above the robot,
+        beside its package, or in one of `packages`. With `folder`, nothing outside it is read.
+
+        `geometry="collision"` shows collision shapes. `missing="box"` shows collision shapes, or a box of 0.1 m,
+        instead of meshes that cannot be found, with a notice. Raises `FormatError` with lines for a malformed file,
+        and with all missing meshes at once; `WorldError` for a taken name, unknown joints and invalid placement.
+        """
+        files = FileResolver(Path(path), folder, packages)
+        if name is not None and (not isinstance(name, str) or not name):
+            raise WorldError(f"a robot's name must be a string, got {name!r}")
+        with self._warning():
+            robot, notices = place_robot(
+                self,
+                path,
+                files,
+                name=name,
+                placement=placement,
+                geometry=geometry,
+                category=category,
+                missing=missing,
+            )
+            self._core.set_notices([*self._core.notices, *notices])
+        self._robots[robot.name] = robot
+        if joints is not None:
+            self.set_joints(robot.name, joints, clamp_joints=clamp_joints)
+        return robot
+
+    def set_joints(self, robot: str, joints: JointValues, *, clamp_joints: bool = False) -> None:
+        """Sets joint values of a robot, by its name, and moves its objects and cameras.
+
+        `joints` maps joint names to values, and other joints stay; or it is a vector in the order of `Robot.joints`.
+        Values are in radians and metres; a planar joint has three (x, y, yaw), a floating one seven (x y z, and a
+        quaternion x y z w) or a matrix [4, 4]. Values beyond the limits are used, with a notice; `clamp_joints`
+        clamps them. Only transforms change, no mesh is built again. Objects of the robot that were removed stay away.
+        Raises `WorldError` with the nearest name for an unknown robot or joint, and for a vector of another length.
+        """
+        move_robot(self, robot, joints, clamp=clamp_joints)
+
     def add_light(
         self, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
     ) -> int:
@@ -139,10 +205,13 @@ class WorldBuilding(WorldContents):
         """Replaces the world's video, described as in `[video]` of a world file.
 
         Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
-        `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
+        `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. A keyframe with `robot` and
+        `joints`, a table of joint values, moves a robot: `{"time": 2, "robot": "arm", "joints": {"elbow": 0.5}}`. Its
+        joints are interpolated linearly. Raises `WorldError`.
         """
+        given = expand_joint_keyframes(self, {**(description or {}), **keys})
         with self._warning():
-            _core.world_set_video(self._core, plain({**(description or {}), **keys}))
+            _core.world_set_video(self._core, plain(given))
 
     # Changing ---------------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..read_only import ReadOnlyDict, ReadOnlyList, read_only_array
 from ..rig import Rig
+from ..robots import Robot
 from .parts import Animation, Object, Video
 
 __all__ = ["WorldContents"]
@@ -26,18 +27,20 @@ __all__ = ["WorldContents"]
 class WorldContents:
     """Base of `World` with what a world contains."""
 
-    __slots__ = ("_bare", "_core", "_folder", "_stage_variants")
+    __slots__ = ("_bare", "_core", "_folder", "_robots", "_stage_variants")
 
     _core: CoreWorld
     _folder: str | None
     _bare: Self | None
     _stage_variants: tuple[str, ...]
+    _robots: dict[str, Robot]
 
     @classmethod
     def _of(cls, core: CoreWorld, stage_variants: Sequence[str] = ()) -> Self:
         world = cls.__new__(cls)
         world._core, world._folder, world._bare = core, None, None
         world._stage_variants = tuple(stage_variants)
+        world._robots = {}
         return world
 
     # Contents ---------------------------------------------------------------------------------------------
@@ -100,6 +103,13 @@ class WorldContents:
         return ReadOnlyDict(found, "rigs are read-only; world.add_rig adds a rig")
 
     @property
+    def robots(self) -> dict[str, Robot]:
+        """The robots by name, in a dict that is read-only; `set_joints` moves them."""
+        return ReadOnlyDict(
+            self._robots, "robots are read-only; world.add_robot adds a robot, world.set_joints moves it"
+        )
+
+    @property
     def counts(self) -> dict[str, int]:
         """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
 
@@ -147,6 +157,7 @@ class WorldContents:
         warn_all(notice for notice in core.notices if notice not in known)
         world = self._of(core)
         world._folder = self._folder
+        world._robots = {name: robot._copy() for name, robot in self._robots.items()}
         return world
 
     @property

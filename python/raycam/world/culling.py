@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import WorldError
+from .building import WorldBuilding
 from .chosen import object_number
 from .object_mesh import object_mesh
-
-if TYPE_CHECKING:
-    from .world import World
 
 __all__ = ["cull_faces"]
 
 
-def cull_faces(world: World, which: int | str, keep: npt.ArrayLike) -> World:
+Building = TypeVar("Building", bound=WorldBuilding)
+
+
+def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Building:
     """See `World.cull_faces`."""
     number = object_number(world._core, which)
     mask = np.asarray(keep)

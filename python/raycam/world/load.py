@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
 
 from .. import _core, usd
-from ..errors import SettingsError
+from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
+from ..robots import find_root
 from .missing_files import check_exists, recipe_named
+from .robot_files import is_robot
+from .robot_tables import robot_lines
 from .usd_files import explain_usd, load_usd
 from .world import World
 
@@ -26,8 +30,9 @@ def load(
     folder: str | os.PathLike[str] | None = None,
     time: float | None = None,
     up: Literal["z", "y"] | None = None,
+    packages: Iterable[str | os.PathLike[str]] = (),
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
+    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf).
 
     USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
 
@@ -50,6 +55,9 @@ def load(
     `up` is the up axis of a model whose file does not say it or is wrong: it turns the view, the sky and the ground,
     and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
 
+    A robot (.urdf) stands at the origin with its joints at zero, or at the limit that is nearest to zero; see
+    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched.
+
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
@@ -59,20 +67,79 @@ def load(
     if Path(path).suffix.lower() in usd.SUFFIXES:
         core, variants = load_usd(path, texture_memory, folder, time, variant)
         world, variant = World._of(core, variants), None
+    elif is_robot(path):
+        return _load_robot(path, variant, texture_memory, folder, time, up, packages)
     elif time is not None:
         raise SettingsError(f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)")
     else:
         if folder is not None:
             check_folder(path, folder)
-        limit = memory_limits.parse_size("texture_memory", texture_memory)
         with explain_usd(), recipe_named(path):
-            world = World._of(_core.World.load(os.fspath(path), folder, limit))
+            found = _with_robots(path, folder, texture_memory)
+            limit = memory_limits.parse_size("texture_memory", texture_memory)
+            world = found or World._of(_core.World.load(os.fspath(path), folder, limit))
     if up is not None and up != world.up:
         world = _turned(world, up, path)
     if variant is not None:
         with collected():
             world = world.with_variant(variant)
     warn_all(world.notices)
+    return world
+
+
+def _with_robots(
+    path: str | os.PathLike[str], folder: str | os.PathLike[str] | None, texture_memory: int | str | None
+) -> World | None:
+    """The world of a world file with `[[robot]]`; None for any other file.
+
+    Raises the errors of `World.from_dict` with the file's path, and `SettingsError` for a wider `folder`.
+    """
+    if Path(path).suffix.lower() != ".toml":
+        return None
+    text = Path(path).read_bytes().decode("utf-8", "replace")
+    lines = robot_lines(text)
+    if not lines:
+        return None
+    import tomllib  # imported here: `import raycam` does not wait for it
+
+    home = Path(path).parent
+    if folder is not None and os.path.realpath(folder) != os.path.realpath(home):
+        raise SettingsError(f"{os.fspath(path)}: folder= is not supported for world files with robots")
+    try:
+        description = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise WorldError(f"{os.fspath(path)}: {error}") from None
+    try:
+        with collected():
+            return World._described(description, home, texture_memory, lines)
+    except Error as error:
+        raise type(error)(f"{os.fspath(path)}: {error}") from None
+
+
+def _load_robot(
+    path: str | os.PathLike[str],
+    variant: str | None,
+    texture_memory: int | str | None,
+    folder: str | os.PathLike[str] | None,
+    time: float | None,
+    up: Literal["z", "y"] | None,
+    packages: Iterable[str | os.PathLike[str]],
+) -> World:
+    """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
+    for name, value in (("variant", variant), ("time", time)):
+        if value is not None:
+            raise SettingsError(f"{os.fspath(path)}: {name}= is not supported for robots")
+    if up == "y":
+        raise SettingsError(
+            f"{os.fspath(path)}: robots are z up; add one to a y-up world with World('y').add_robot"
+        )
+    if folder is not None:
+        check_folder(path, folder)
+    world = World(
+        folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
+        texture_memory=texture_memory,
+    )
+    world.add_robot(path, folder=folder, packages=packages)
     return world
 
 

@@ -13,7 +13,20 @@ from ..errors import WorldError
 
 __all__ = ["MODELS", "check_exists", "nearest_names", "recipe_named"]
 
-MODELS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off", ".usd", ".usda", ".usdc", ".usdz")
+MODELS = (
+    ".toml",
+    ".gltf",
+    ".glb",
+    ".obj",
+    ".ply",
+    ".stl",
+    ".off",
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+    ".urdf",
+)
 """The endings of files that are worlds or models."""
 SHOWN = 3
 DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)

@@ -5,16 +5,14 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats
-
-if TYPE_CHECKING:
-    from .contents import WorldContents
+from .contents import WorldContents
 
 __all__ = ["ObjectMesh", "object_mesh"]
 
@@ -49,7 +47,7 @@ def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
     """The mesh of the object with this id. Texture coordinates and normals are the mesh's float32 values."""
     corners = world.triangles(number)
     alone = _alone(world, number)
-    data, _ = _core.world_to_gltf(alone._core)
+    data, _ = _core.world_to_gltf(alone)
     length = struct.unpack("<I", data[12:16])[0]
     document, binary = json.loads(data[20 : 20 + length]), memoryview(data)[28 + length :]
     parts = [_part(document, binary, each) for each in document["meshes"][0]["primitives"]]
@@ -69,15 +67,13 @@ def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
     return ObjectMesh(corners, uvs, joined("NORMAL"), joined("COLOR_0"), slots.astype(np.int32))
 
 
-def _alone(world: WorldContents, number: int) -> Any:
+def _alone(world: WorldContents, number: int) -> _core.World:
     """A copy of the world with only one object, untransformed."""
-    from .world import World
-
-    copy = World._of(_core.world_with_cameras(world._core, []))
-    for other in range(len(copy.objects) - 1, -1, -1):
+    copy = _core.world_with_cameras(world._core, [])
+    for other in range(copy.object_count - 1, -1, -1):
         if other != number:
-            copy.remove_object(other)
-    copy.set_object(0, matrix=np.eye(4), visible=True)
+            _core.world_remove_object(copy, other)
+    _core.world_set_object(copy, 0, {"matrix": np.eye(4).tolist(), "visible": True})
     return copy
 
 

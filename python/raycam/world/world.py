@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,11 +17,13 @@ from ..io.atomic_files import write
 from ..io.html_form import html_table
 from ..io.other_names import no_attribute
 from ..notices import warn_all
+from ..robots import Robot
 from .building import WorldBuilding
 from .culling import cull_faces
 from .description import plain
 from .point_queries import PointQueries
 from .ray_queries import RayQueries
+from .robot_tables import add_robot_tables, has_robots, split_robots
 from .studio import add_ground, add_studio
 from .usd_files import explain_usd
 
@@ -59,6 +61,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         self._core = _core.World(up, self._folder or "", limit)
         self._bare: World | None = None
         self._stage_variants = ()
+        self._robots = {}
 
     @classmethod
     def from_dict(
@@ -68,23 +71,41 @@ class World(WorldBuilding, RayQueries, PointQueries):
         folder: str | os.PathLike[str] = ".",
         texture_memory: int | str | None = None,
     ) -> World:
-        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
+        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `robot`, `light`, `video`, ...
 
         Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
+        return cls._described(description, folder, texture_memory)
+
+    @classmethod
+    def _described(
+        cls,
+        description: Mapping[str, Any],
+        folder: str | os.PathLike[str],
+        texture_memory: int | str | None,
+        robot_lines: Sequence[int] = (),
+    ) -> World:
+        """`from_dict`; `robot_lines` are the lines of the tables `[[robot]]`, for messages."""
         limit = memory_limits.parse_size("texture_memory", texture_memory)
+        robots: list[dict[str, Any]] = []
+        video: dict[str, Any] = {}
+        if has_robots(description):
+            description, robots, video = split_robots(description)
         with explain_usd():
             world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
+        add_robot_tables(world, robots, folder, robot_lines)
+        if video:
+            world.set_video(video)
         return world
 
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
 
         Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
-        and the bytes have their paths. Raises `WorldError` if the textures, which
-        the bytes include, exceed `texture_memory`.
+        and the bytes have their paths. Robots become plain objects at their current joints;
+        `pickle` keeps robots. Raises `WorldError` if the textures, which the bytes include, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
 
@@ -113,7 +134,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """Pickles the world as `to_bytes` does; raises its errors."""
-        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory)
+        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory, self._robots)
 
     def cull_faces(self, which: str | int, keep: npt.ArrayLike) -> World:
         """Returns a copy in which an object, by name or number, has only the faces where `keep` is True.
@@ -188,7 +209,9 @@ class World(WorldBuilding, RayQueries, PointQueries):
         )
 
 
-def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) -> World:
+def _from_pickle(
+    data: bytes, folder: str | None, texture_memory: int | None, robots: dict[str, Robot]
+) -> World:
     world = World._of(_core.world_from_bytes(data, texture_memory, folder or ""))
-    world._folder = folder
+    world._folder, world._robots = folder, robots
     return world

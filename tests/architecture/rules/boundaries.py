@@ -27,6 +27,8 @@ THIRD_PARTY_PYTHON = {
     "av",
     "dask",
     "distributed",
+    "collada",
+    "mujoco",
     "pxr",
     "cairosvg",
     "pyoidn",

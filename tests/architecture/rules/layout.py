@@ -38,16 +38,16 @@ ORDER = {
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd world calibration
-        reference render sensors annotations
-        interop data randomize jobs cluster video dataset photos calibration_check explanation viewer lecture
+        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd robots world
+        calibration reference render sensors annotations
+        interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
     """,
 }
 
 DELEGATIONS = {
-    "camera/camera.py": {"render/render.py", "world/world.py"},
+    "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
     "sensors/sensor.py": {"world/world.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},

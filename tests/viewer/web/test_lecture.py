@@ -1,278 +1,222 @@
-"""The lecture alive in a browser: numbers, pictures, dragged corners, a student. Needs Chromium: `make proof`."""
+"""The lecture's page in a browser: figures, exercises, code cells, phone, keyboard. Needs Chromium: `make proof`."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
+from itertools import combinations
 
-import numpy as np
 import pytest
-import raycam
 from raycam.viewer.web.live_page import lecture_page
 from support.chromium import Tab, chromium
 from support.node_core import needs_core
 
 pytestmark = [pytest.mark.proof, needs_core]
-DONE = "document.getElementById('picture')?.dataset.samples === '{}'"
+READY = "document.documentElement.dataset.picture"
+COLORS = (
+    "new Set(new Uint32Array(canvas.getContext('2d')"
+    ".getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size"
+)
+SOLUTIONS = {
+    "pointForward": "function pointForward(X, C, v) { const d = sub(X, C); return dot(v, d) > 0 ? d : sub(C, X); }",
+    "normal": "function normal(a, b, c) { return cross(sub(c, a), sub(b, a)); }",
+    "planeT": "function planeT(n, a, C, r) { return dot(n, sub(a, C)) / dot(n, r); }",
+    "isInside": """function isInside(a, b, c, n, f) {
+  const g = add(a, sub(a, c)), u = sub(g, f), left = cross(n, u), corners = [a, b, c];
+  let crossings = 0;
+  for (let i = 0; i < 3; i++) {
+    const start = sub(corners[i], f), end = sub(corners[(i + 1) % 3], f);
+    const p = dot(left, start), q = dot(left, end);
+    if ((p > 0) === (q > 0)) continue;
+    const s = dot(add(start, scale(p / (p - q), sub(end, start))), u) / dot(u, u);
+    if (s >= 0 && s <= 1) crossings++;
+  }
+  return crossings % 2 === 1;
+}""",
+    "closest": """function closest(triangles, C, r) {
+  let best = -1, bestT = Infinity;
+  for (let i = 0; i < triangles.length; i++) {
+    const [a, b, c] = triangles[i], n = normal(a, b, c), t = planeT(n, a, C, r);
+    if (t >= 0 && t < bestT && isInside(a, b, c, n, add(C, scale(t, r)))) [best, bestT] = [i, t];
+  }
+  return best;
+}""",
+}
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     path = tmp_path_factory.mktemp("page") / "lecture.html"
     path.write_text(lecture_page(), encoding="utf-8")
+    assert path.stat().st_size < 6e6
     with chromium(tmp_path_factory.mktemp("browser")) as made:
         made.show(1280, 900)
         made.call("Page.navigate", url=path.as_uri())
-        made.wait(DONE.format(1))
+        made.wait(READY)
+        made.evaluate("document.documentElement.style.scrollBehavior = 'auto'")
         yield made
+        complaints = [line for line in made.said if "Canvas2D" not in line]
+        assert complaints == []
+        assert all(each.startswith(("file:", "blob:", "data:")) for each in made.requests), made.requests
 
 
-@pytest.fixture
-def tab(browser: Tab) -> Iterator[Tab]:
-    """The page as at its start; no test may make it ask for anything or complain."""
-    browser.evaluate("location.hash = 'camera'; document.getElementById('reset').click()")
-    settle(browser)
-    yield browser
-    complaints = [line for line in browser.said if "Canvas2D" not in line]  # which tells how to read pictures
-    assert complaints == []
-    assert all(each.startswith(("file:", "blob:", "data:")) for each in browser.requests), browser.requests
-
-
-def settle(tab: Tab, samples: int = 1) -> None:
-    """Waits for a picture of what was changed last."""
-    tab.evaluate("document.getElementById('integrator').dispatchEvent(new Event('change'))")
-    tab.wait("document.getElementById('picture').ariaBusy === 'false'")
-    tab.wait(f"Number(document.getElementById('picture').dataset.samples) >= {samples}")
-
-
-def put(tab: Tab, selector: str, value: object) -> None:
-    """Writes into an input."""
-    tab.evaluate(
-        f"((field) => {{ field.value = {json.dumps(str(value))}; field.dispatchEvent(new Event('input')); "
-        f"field.dispatchEvent(new Event('change')); }})(document.querySelector({json.dumps(selector)}))"
-    )
-
-
-def world_of(tab: Tab, folder: Path) -> raycam.World:
-    """The world that the page gives away."""
-    tab.evaluate(
-        "globalThis.copied = '', navigator.clipboard.writeText = async (text) => { copied = text; }, "
-        "document.getElementById('copy-world').click()"
-    )
-    tab.wait("copied")
-    (folder / "lecture.toml").write_text(tab.evaluate("copied"), encoding="utf-8")
-    return raycam.load(folder / "lecture.toml")
-
-
-def place_of(tab: Tab) -> list[float]:
-    """Left, top and width of the picture in the window."""
-    found: list[float] = tab.evaluate(
-        "(({x, y, width}) => [x, y, width])(document.getElementById('picture').getBoundingClientRect())"
+def figures(tab: Tab) -> list[str]:
+    """The names of all figures."""
+    found: list[str] = tab.evaluate(
+        "[...document.querySelectorAll('[data-figure]')].map((each) => each.dataset.figure)"
     )
     return found
 
 
-def matrix(tab: Tab, name: str) -> np.ndarray:
-    """A matrix of the page, with all digits."""
-    return np.array(
-        tab.evaluate(
-            f"[...document.querySelectorAll('#matrix-{name} tr')].map((row) => "
-            "[...row.querySelectorAll('td')].map((cell) => Number(cell.title)))"
-        )
+def show(tab: Tab, name: str) -> str:
+    """Scrolls to a figure and waits until it is drawn; returns its selector."""
+    selector = f"[data-figure={json.dumps(name)}]"
+    tab.evaluate(f"document.querySelector('{selector}').scrollIntoView({{ block: 'center' }})")
+    tab.wait(f"document.querySelector('{selector}').dataset.live === 'true'")
+    return selector
+
+
+def answer(tab: Tab, exercise: str, values: list[object]) -> list[str]:
+    """The kind and the text of the verdict on an answer."""
+    found: list[str] = tab.evaluate(
+        f"""((host, values) => {{
+          host.querySelectorAll('input').forEach((field, i) => (field.value = values[i]));
+          host.querySelector('button').click();
+          const verdict = host.querySelector('.verdict');
+          return [verdict.className.split(' ').pop(), verdict.textContent];
+        }})(document.querySelector('[data-exercise={exercise}]'), {json.dumps([str(each) for each in values])})"""
     )
+    return found
 
 
-def picture(tab: Tab) -> tuple[int, np.ndarray]:
-    """The samples of the page's picture, and its bytes [240, 320, 3]."""
-    samples, values = tab.evaluate(
-        "((canvas) => [canvas.dataset.samples, [...canvas.getContext('2d').getImageData(0, 0, 320, 240).data]])"
-        "(document.getElementById('picture'))"
-    )
-    return int(samples), np.array(values, np.uint8).reshape(240, 320, 4)[..., :3]
-
-
-@pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
-def test_its_picture_is_raycams(tab: Tab, tmp_path: Path, integrator: str) -> None:
-    for key, value in {"roll": 12, "yaw": 100, "pitch": 14, "f": 260, "skew": 20, "C0": 1.3}.items():
-        put(tab, f"#{key}", value)
-    put(tab, "#integrator", integrator)
-    settle(tab, 1 if integrator == "flat" else 4)
-    samples, found = picture(tab)
-    expected = raycam.render(world_of(tab, tmp_path), integrator=integrator, samples=samples).to_srgb8()
-    assert np.array_equal(found, expected)
-
-
-def test_its_matrices_are_those_of_the_camera(tab: Tab, tmp_path: Path) -> None:
-    put(tab, "#yaw-range", 100)
-    put(tab, "#roll", -33.5)
-    put(tab, "#cx", 140)
-    settle(tab)
-    camera = world_of(tab, tmp_path).camera("camera")
-    for name in "PKR":
-        assert np.array_equal(matrix(tab, name), getattr(camera, name)), name
-    expected = raycam.Camera.from_pose(
-        [2.4, -4.4, 2.4], -33.5, 20, 100, size=(320, 240), K=[[300, 0, 140], [0, 300, 119.5], [0, 0, 1]]
-    )
-    assert np.allclose(camera.P, expected.P, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "word"), [("f", 0, "K"), ("C0", 1e300, ""), ("f", -1e-320, "K"), ("pitch", 1e9, "")]
-)
-def test_numbers_that_make_no_camera_are_told(tab: Tab, field: str, value: float, word: str) -> None:
-    put(tab, f"#{field}", value)
-    if word:
-        tab.wait("document.getElementById('picture').ariaBusy === 'false'")
-        assert word in tab.evaluate("document.getElementById('message').textContent")
-    tab.evaluate("document.getElementById('reset').click()")
-    settle(tab)
-    assert tab.evaluate("document.getElementById('message').hidden")
-
-
-def test_a_click_explains_the_pixel(tab: Tab, tmp_path: Path) -> None:
-    tab.evaluate("location.hash = 'pixel'")
-    tab.wait("document.body.dataset.tab === 'pixel'")
-    box = place_of(tab)
-    scale = box[2] / 320
-    tab.click(box[0] + 150.5 * scale, box[1] + 163.5 * scale)
-    tab.wait("document.getElementById('steps').textContent.includes('(150, 163)')")
-    world = world_of(tab, tmp_path)
-    explained = raycam.explain(world, world.camera("camera"), (150, 163))
-    shown = tab.evaluate("document.getElementById('steps').textContent")
-    assert f"t = {explained.winner.t:.6g}" in shown
-    assert explained.winner.object_name in tab.evaluate(
-        "document.getElementById('candidate').selectedOptions[0].textContent"
-    )
-    crossings = tab.evaluate("document.querySelectorAll('#figure .crossing').length")
-    assert crossings == explained.winner.crossings
-
-
-def test_a_corner_is_dragged_at_its_depth(tab: Tab, tmp_path: Path) -> None:
-    before = world_of(tab, tmp_path)
-    camera = before.camera("camera")
-    corner = np.asarray(before.triangles())[-2, 2]  # c of the green one
-    x, y, z = camera.P @ [*corner, 1]
-    box = place_of(tab)
-    place = [box[i] + (at + 0.5) * box[2] / 320 for i, at in enumerate((x / z, y / z))]
-    tab.mouse("mousePressed", *place, button="left", clickCount=1)
-    for step in (10, 25, 40):
-        tab.mouse("mouseMoved", place[0] - step, place[1] + step / 2, button="left", buttons=1)
-    tab.mouse("mouseReleased", place[0] - 40, place[1] + 20, button="left", clickCount=1)
-    after = np.asarray(world_of(tab, tmp_path).triangles())
-    moved = camera.P @ [*after[-2, 2], 1]
-    shift = 320 / box[2] * np.array([-40, 20])
-    assert np.allclose(moved[:2] / moved[2], np.array([x / z, y / z]) + shift, atol=0.5)
-    assert abs(moved[2] - z) < 0.002
-    assert np.array_equal(np.delete(after, -2, 0), np.delete(np.asarray(before.triangles()), -2, 0))
-
-
-@pytest.mark.parametrize("lights", [1, 2, 3, 4])
-def test_lights_are_one_to_four(tab: Tab, tmp_path: Path, lights: int) -> None:
+def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
+    """The kind and the text of the verdict on a code cell."""
     tab.evaluate(
-        f"location.hash = 'light'; document.querySelector('#light-count input[value=\"{lights}\"]').click()"
+        f"""((host) => {{
+          const editor = host.querySelector('textarea');
+          editor.value = {json.dumps(code)};
+          editor.dispatchEvent(new Event('input'));
+          host.querySelector('button').click();
+        }})(document.querySelector('[data-code={cell}]'))"""
     )
-    tab.wait("document.getElementById('integrator').value === 'direct'")
-    assert len(world_of(tab, tmp_path).lights) == lights
-
-
-class Student:
-    """One who computes with NumPy what the exercises ask."""
-
-    def __init__(self, world: raycam.World, pixel: tuple[int, int]) -> None:
-        camera = world.camera("camera")
-        x = np.array([*pixel, 1.0])
-        X = np.linalg.pinv(camera.P) @ x
-        self.X, self.C, self.v = X[:3] / X[3], camera.C, camera.R[2]
-        self.along = self.v @ (self.X - self.C)
-        self.r = np.sign(self.along) * (self.X - self.C)
-        hits = [
-            (found["t"], found) for found in map(self.meet, np.asarray(world.triangles())) if found["t"] > 0
-        ]
-        inside = [each for each in hits if each[1]["crossings"] % 2]
-        self.found = min(inside, key=lambda each: each[0])[1]
-
-    def meet(self, corners: np.ndarray) -> dict:
-        a, b, c = corners
-        n = np.cross(c - a, b - a)
-        t = n @ (a - self.C) / (n @ self.r) if n @ self.r else -1
-        f = self.C + t * self.r
-        u = a + (a - c) - f
-        crossings = 0
-        for start, edge in ((a, b - a), (b, c - b), (c, a - c)):
-            # f + s u = start + q edge, in the least squares sense
-            (s, q), *_ = np.linalg.lstsq(np.stack([u, -edge], 1), start - f, rcond=None)
-            crossings += 0 <= s <= 1 and 0 <= q <= 1
-        return {"n": n, "t": t, "crossings": int(crossings)}
-
-    def answers(self) -> dict[str, list[float]]:
-        return {
-            "line": self.X.tolist(),
-            "forward": [*self.v, self.along],
-            "normal": self.found["n"].tolist(),
-            "distance": [self.found["t"]],
-            "crossings": [self.found["crossings"]],
-        }
-
-
-def answer(tab: Tab, exercise: str, values: list[object]) -> tuple[str, str]:
-    """The class and the text of the verdict."""
-    for i, value in enumerate(values):
-        put(tab, f"#exercise-{exercise} label:nth-of-type({i + 1}) input", value)
-    tab.evaluate(f"document.querySelector('#exercise-{exercise} button').click()")
-    found = tab.evaluate(
-        f"((p) => [p.className, p.textContent])(document.querySelector('#exercise-{exercise} .verdict'))"
+    tab.wait(
+        f"!['', 'Running …'].includes(document.querySelector('[data-code={cell}] .verdict').textContent)"
     )
-    return found[0].split()[-1], found[1]
-
-
-@pytest.mark.parametrize("rounds", range(3))
-def test_a_student_solves_five_exercises(tab: Tab, tmp_path: Path, rounds: int) -> None:
-    tab.evaluate("location.hash = 'exercises'")
-    put(tab, "#yaw", 112 + 3 * rounds)
-    settle(tab)
-    for _ in range(rounds + 1):
-        tab.evaluate("document.getElementById('another').click()")
-    pixel = tuple(
-        tab.evaluate("['u', 'v'].map((name) => document.getElementById(`pixel-${name}`).valueAsNumber)")
+    found: list[str] = tab.evaluate(
+        "((v) => [v.className.split(' ').pop(), v.textContent])"
+        f"(document.querySelector('[data-code={cell}] .verdict'))"
     )
-    student = Student(world_of(tab, tmp_path), pixel)
-    for exercise, values in student.answers().items():
-        kind, text = answer(tab, exercise, [f"{value:.6g}" for value in values])
-        assert kind == "right", (exercise, values, text)
-    assert tab.evaluate("document.getElementById('solved').textContent") == "5 of 5 solved."
-    kind, text = answer(tab, "line", (student.C + 0.7 * (student.X - student.C)).tolist())
-    assert (kind, "another point" in text) == ("right", True)
+    return found
 
 
-def test_wrong_answers_get_their_hint(tab: Tab, tmp_path: Path) -> None:
-    tab.evaluate("location.hash = 'exercises'")
-    tab.evaluate("document.getElementById('another').click()")
-    pixel = tuple(
-        tab.evaluate("['u', 'v'].map((name) => document.getElementById(`pixel-${name}`).valueAsNumber)")
+def test_every_figure_is_drawn_and_its_labels_are_apart(tab: Tab) -> None:
+    names = figures(tab)
+    assert len(names) >= 29
+    for name in names:
+        selector = show(tab, name)
+        tab.wait(f"[...document.querySelectorAll('{selector} canvas')].every((canvas) => {COLORS} > 4)")
+        canvases = tab.evaluate(
+            f"[...document.querySelectorAll('{selector} canvas')].map((canvas) => canvas.dataset.labels)"
+        )
+        assert canvases, name
+        for labels in canvases:
+            for a, b in combinations(json.loads(labels), 2):
+                apart_x = a["x"] >= b["x"] + b["width"] or b["x"] >= a["x"] + a["width"]
+                assert apart_x or a["y"] >= b["y"] + b["height"] or b["y"] >= a["y"] + a["height"], name
+
+
+def test_sliders_change_their_figures(tab: Tab) -> None:
+    for name in figures(tab):
+        selector = show(tab, name)
+        count = tab.evaluate(f"document.querySelectorAll('{selector} input[type=range]').length")
+        for i in range(min(count, 3)):
+            changed = tab.evaluate(
+                f"""(async () => {{
+                  const host = document.querySelector('{selector}');
+                  const next = (done) => requestAnimationFrame(() => requestAnimationFrame(done));
+                  const frame = () => new Promise(next);
+                  const canvases = [...host.querySelectorAll('canvas')];
+                  const look = () => canvases.map((each) => each.toDataURL()).join() + host.textContent;
+                  const input = host.querySelectorAll('input[type=range]')[{i}];
+                  const before = look(), value = input.value;
+                  input.value = 2 * input.value > Number(input.min) + Number(input.max) ? input.min : input.max;
+                  input.dispatchEvent(new Event('input'));
+                  await frame();
+                  const after = look();
+                  input.value = value;
+                  input.dispatchEvent(new Event('input'));
+                  await frame();
+                  return before !== after;
+                }})()"""
+            )
+            assert changed, (name, i)
+    tab.evaluate("document.getElementById('reset').click()")
+
+
+def test_arrow_keys_move_the_pixel(tab: Tab) -> None:
+    selector = show(tab, "back-project")
+    tab.evaluate(f"document.querySelectorAll('{selector} canvas')[1].focus()")
+    tab.press("ArrowRight")
+    tab.wait(f"document.querySelector('{selector} .readout').textContent.includes('(171, 165, 1)')")
+    tab.press("ArrowLeft")
+    tab.wait(f"document.querySelector('{selector} .readout').textContent.includes('(170, 165, 1)')")
+
+
+def test_pointing_at_a_symbol_highlights_it_everywhere(tab: Tab) -> None:
+    show(tab, "matrix")
+    tab.evaluate(
+        "document.querySelector('var[data-symbol=K]').dispatchEvent(new Event('pointerover', { bubbles: true }))"
     )
-    student = Student(world_of(tab, tmp_path), pixel)
-    right = student.answers()
-    for exercise, values, word in [
-        ("line", student.C.tolist(), "centre"),
-        ("line", [0, 0, 0], "is seen at"),
-        ("line", ["1,5", "2", "3"], "a point stands"),
-        ("line", ["", "2", "3"], "write a number"),
-        ("forward", [*(-student.v), student.along], "backward"),
-        ("forward", [*student.v, -student.along], "sign"),
-        ("normal", (-student.found["n"]).tolist(), "order"),
-        ("normal", (2 * student.found["n"]).tolist(), "length"),
-        ("normal", [1, 0.2, 0.3], "stands on both edges"),
-        ("distance", [-student.found["t"]], "sign"),
-        ("distance", [student.found["t"] * np.linalg.norm(student.r)], "distance t |r|"),
-        ("distance", [1.01 * student.found["t"]], "Divide"),
-        ("crossings", [right["crossings"][0] + 1], "again"),
-        ("crossings", [1.5], "three edges"),
-    ]:
-        kind, text = answer(tab, exercise, values)
-        assert (kind, word in text) == ("wrong", True), (exercise, word, text)
-    assert tab.evaluate("document.getElementById('solved').textContent") == "0 of 5 solved."
-    # Within the tolerance that is stated, and beyond it.
-    t = student.found["t"]
-    assert answer(tab, "distance", [t * 1.0008])[0] == "right"
-    assert answer(tab, "distance", [t * 1.0012])[0] == "wrong"
+    kinds = tab.evaluate(
+        "[...document.querySelectorAll('.lit')].map((each) => each.tagName + each.dataset.symbol)"
+    )
+    assert {"VARK", "TABLEK"} <= set(kinds)
+    assert all(each.endswith("K") for each in kinds)
+
+
+def test_answers_are_checked_and_mistakes_get_hints(tab: Tab) -> None:
+    tab.evaluate("document.getElementById('reset').click()")
+    tab.wait("document.querySelector('[data-exercise=edges] pre').textContent.includes('a =')")
+    assert answer(tab, "edges", [1.3, 0.8, 0])[0] == "right"
+    kind, text = answer(tab, "edges", [-1.3, -0.8, 0])
+    assert (kind, "from b to a" in text) == ("wrong", True)
+    assert answer(tab, "refined", [896])[0] == "right"
+    assert "multiplies" in answer(tab, "refined", [168])[1]
+    assert "decimal point" in answer(tab, "edges", ["1,3", 0.8, 0])[1]
+    assert "minus" not in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
+    assert answer(tab, "normal", [-0.8, 1.3, -0.3])[0] == "right"
+    assert "order" in answer(tab, "normal", [0.8, -1.3, 0.3])[1]
+    stored = tab.evaluate("JSON.parse(localStorage.getItem('raycam-lecture'))")
+    assert [stored["edges"], stored["normal"]] == [True, True]
+
+
+def test_written_ray_tracer_matches_in_every_byte(tab: Tab) -> None:
+    kind, text = run_cell(tab, "pointForward", "function pointForward(X, C, v) { return sub(X, C); }")
+    assert (kind, "backward" in text) == ("wrong", True)
+    kind, text = run_cell(tab, "normal", "function normal(a, b, c) { return cross(sub(b, a), sub(c, a)); }")
+    assert (kind, "order" in text) == ("wrong", True)
+    kind, text = run_cell(tab, "normal", "function normal(a, b, c) {\n  return oops;\n}")
+    assert (kind, "oops" in text) == ("wrong", True)
+    for cell, code in SOLUTIONS.items():
+        kind, text = run_cell(tab, cell, code)
+        if cell == "closest":
+            tab.wait(
+                "document.querySelector('[data-code=closest] .verdict').textContent.match(/bytes|Case|line/)"
+            )
+            kind, text = tab.evaluate(
+                "((v) => [v.className.split(' ').pop(), v.textContent])"
+                "(document.querySelector('[data-code=closest] .verdict'))"
+            )
+        assert kind == "right", (cell, text)
+    assert "230400" in text
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_fits_a_phone(tab: Tab, scheme: str) -> None:
+    tab.show(390, 800, scheme)
+    for name in figures(tab):
+        show(tab, name)
+        assert tab.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth"), (
+            name
+        )
+    tab.show(1280, 900)

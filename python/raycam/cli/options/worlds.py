@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
+from ...errors import SettingsError
 from .messages import print_detail, print_notice, print_notices
 
 if TYPE_CHECKING:
@@ -27,7 +29,13 @@ __all__ = [
 def add_world(command: argparse.ArgumentParser) -> None:
     """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
     command.add_argument(
-        "world", metavar="WORLD", help="world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
+        "world", metavar="WORLD", help="world file (.toml), or .gltf .glb .obj .ply .stl .off .usd .urdf"
+    )
+    command.add_argument(
+        "--joints",
+        metavar="[ROBOT/]JOINT=VALUE",
+        nargs="+",
+        help="joint values of robots in radians and metres, as in shoulder=0.5",
     )
     command.add_argument("--variant", metavar="NAME", help="material variant of a glTF file")
     add_folder(command)
@@ -65,12 +73,32 @@ def load_world(options: argparse.Namespace) -> World:
         folder=getattr(options, "folder", None),
         up=up,
     )
+    set_joints(world, getattr(options, "joints", None) or [])
     if up is not None and getattr(options, "up", None) is None:
         print_notice("assuming that y is up, as in most OBJ files; use --up z if the model lies on its side")
     print_notices(world.notices)
     bounds = world.bounds
     print_detail(f"{world!r}, bounds {[] if bounds is None else bounds.round(6).tolist()}")
     return world
+
+
+def set_joints(world: World, texts: Sequence[str]) -> None:
+    """Sets joint values of `--joints`; raises `SettingsError` for texts of another form, and `WorldError`."""
+    found: dict[str, dict[str, float]] = {}
+    for text in texts:
+        place, _, value = text.partition("=")
+        robot, _, joint = place.rpartition("/")
+        if not robot:
+            if len(world.robots) != 1:
+                names = ", ".join(world.robots) or "none"
+                raise SettingsError(f"--joints {text}: expected ROBOT/JOINT=VALUE; robots: {names}")
+            robot = next(iter(world.robots))
+        try:
+            found.setdefault(robot, {})[joint] = float(value)
+        except ValueError:
+            raise SettingsError(f"--joints {text}: expected JOINT=VALUE with a number") from None
+    for robot, joints in found.items():
+        world.set_joints(robot, joints)
 
 
 def find_file(text: str) -> str | Path:

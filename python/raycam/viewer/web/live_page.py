@@ -81,4 +81,4 @@ def playground_page(examples: Mapping[str, str]) -> str:
 
 def lecture_page() -> str:
     """The HTML text of the lecture alive: a world that a student turns, its steps in numbers, and exercises."""
-    return assembled("Making virtual worlds, live", core_blocks(), SCRIPTS, WORKERS, "lecture/")
+    return assembled("Making Virtual Worlds", core_blocks(), SCRIPTS, WORKERS, "lecture/")

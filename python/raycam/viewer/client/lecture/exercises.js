@@ -1,4 +1,4 @@
-// Five exercises: what is given and asked, and what a student's numbers are told. Everything is checked against steps.js.
+// Typed exercises: given and requested numbers, and hints that recognize common mistakes. Answers come from steps.js.
 
 import { vectorText, general } from "../core/explanation.js";
 import { dot, lengthOf, minus, rowOf } from "../core/vectors.js";
@@ -11,6 +11,7 @@ import { pixelOf, rangesOf, rayOfPixel } from "../core/steps.js";
  * @property {number[]} pixel u, v in pixel coordinates
  * @property {import("../core/steps.js").PixelRay} ray
  * @property {import("../core/steps.js").Candidate} found
+ * @property {import("./world.js").Numbers} numbers
  */
 /** @typedef {{ right: boolean, text: string }} Verdict */
 /**
@@ -41,8 +42,64 @@ const cornersText = (/** @type {Facts} */ { found }) => found.corners.map((corne
 /** @type {Exercise[]} */
 export const EXERCISES = [
   {
+    id: "edges",
+    title: "The edge vector v₁ = b − a of the green triangle",
+    asked: triple("v₁"),
+    given: ({ numbers }) => numbers.triangles[0].corners.slice(0, 2).map((corner, i) => `${"ab"[i]} = ${vectorText(corner)}`),
+    answer: ({ numbers }) => minus(numbers.triangles[0].corners[1], numbers.triangles[0].corners[0]),
+    hint: (values, { numbers }) => {
+      const [a, b] = numbers.triangles[0].corners;
+      if (areClose(values, minus(a, b))) return "This is a − b, from b to a. The edge vector points from a to b.";
+      if (areClose(values, a.map((value, i) => value + b[i]))) return "This is a + b. An edge vector is a difference.";
+      return "Subtract each coordinate of a from the same coordinate of b.";
+    },
+  },
+  {
+    id: "refined",
+    title: "A mesh of 14 triangles is refined 3 times. How many triangles does it have?",
+    asked: ["triangles"],
+    given: () => ["Each refinement splits a triangle into four."],
+    answer: () => [896],
+    hint: ([count]) => {
+      if (count === 168) return "This is 14 · 4 · 3. Each refinement multiplies by four: 14 · 4 · 4 · 4.";
+      if (count === 224) return "This is the number after two refinements.";
+      return "Multiply 14 by four, three times.";
+    },
+  },
+  {
+    id: "project",
+    title: "The pixel of a vertex: x = P X",
+    asked: ["u", "v"],
+    given: ({ P, numbers }) => ["P =", ...rowsOf(P, 4), `X = c = ${vectorText(numbers.triangles[0].corners[2])}`],
+    answer: ({ P, numbers }) => {
+      const { u, v } = pixelOf(P, numbers.triangles[0].corners[2]);
+      return [u, v];
+    },
+    hint: (values, { P, numbers }) => {
+      const X = numbers.triangles[0].corners[2];
+      const { u, v } = pixelOf(P, X);
+      if (areClose(values, [v, u])) return "These are v and u: the column u comes first.";
+      const x = [0, 1].map((i) => P[4 * i] * X[0] + P[4 * i + 1] * X[1] + P[4 * i + 2] * X[2] + P[4 * i + 3]);
+      if (areClose(values, x)) return "These are the first two numbers of P (X, 1). Divide them by the third.";
+      return "Append 1 to X, multiply by the three rows of P, and divide the first two numbers by the third.";
+    },
+  },
+  {
+    id: "principal",
+    title: "Which number of R does the roll leave unchanged? Write the three numbers of v",
+    asked: triple("v"),
+    given: ({ R }) => ["R =", ...rowsOf(R, 3)],
+    answer: ({ ray }) => ray.forward,
+    hint: (values, { R }) => {
+      const row = [0, 1].find((i) => areClose(values, rowOf(R, i)));
+      if (row !== undefined) return `This is row ${row + 1}, the ${["right", "down"][row]} axis. A roll turns it.`;
+      if (areClose(values, [R[2], R[5], R[8]])) return "This is the third column. The camera's axes are the rows of R.";
+      return "The principal axis is the third row of R.";
+    },
+  },
+  {
     id: "line",
-    title: "1. A point of the pixel's line: X' = P⁺ x",
+    title: "A point of the pixel's line: X' = P⁺ x",
     asked: triple("X'"),
     given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
     answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),
@@ -61,7 +118,7 @@ export const EXERCISES = [
   },
   {
     id: "forward",
-    title: "2. Forward: v = r3, and the sign of v·(X' - C)",
+    title: "Forward: v = r3, and the sign of v·(X' - C)",
     asked: [...triple("v"), "v·(X' - C)"],
     given: ({ R, ray }) => ["R =", ...rowsOf(R, 3), `X' = ${vectorText(/** @type {number[]} */ (ray.XPrime))}`, `C = ${vectorText(ray.C)}`],
     answer: ({ ray }) => [...ray.forward, ray.along],
@@ -78,7 +135,7 @@ export const EXERCISES = [
   },
   {
     id: "normal",
-    title: "3. The plane of the triangle: n = (c - a) x (b - a)",
+    title: "The plane of the triangle: n = (c - a) x (b - a)",
     asked: triple("n"),
     given: cornersText,
     answer: ({ found }) => found.n,
@@ -93,7 +150,7 @@ export const EXERCISES = [
   },
   {
     id: "distance",
-    title: "4. The ray meets the plane: t = n·(a - C) / n·r",
+    title: "The ray meets the plane: t = n·(a - C) / n·r",
     asked: ["t"],
     given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `a = ${vectorText(found.corners[0])}`, `n = ${vectorText(found.n)}`],
     answer: ({ found }) => [found.t],
@@ -108,7 +165,7 @@ export const EXERCISES = [
   },
   {
     id: "crossings",
-    title: "5. Inside or outside: how many edges does u cross?",
+    title: "Inside or outside: how many edges does u cross?",
     asked: ["crossings"],
     given: (facts) => [
       ...cornersText(facts),
@@ -122,6 +179,152 @@ export const EXERCISES = [
       const i = found.crossed.findIndex((crossed) => (count < found.crossings ? crossed : !crossed));
       const numbers = Number.isNaN(found.alongU[i]) ? "it is parallel to u" : `s = ${general(found.alongU[i])} along u and q = ${general(found.alongEdge[i])} along the edge`;
       return `Look at v${i + 1} again: ${numbers}. It is crossed when both lie between 0 and 1.`;
+    },
+  },
+  {
+    id: "hit",
+    title: "The point that the pixel shows: f(t) = C + t r",
+    asked: triple("f"),
+    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `t = ${general(found.t)}`],
+    answer: ({ found }) => found.f,
+    hint: (values, { ray, found }) => {
+      if (areClose(values, ray.r.map((value) => value * found.t))) return "This is t r. Add C, where the ray begins.";
+      if (areClose(values, ray.C.map((value, i) => value - found.t * ray.r[i]))) return "This is C − t r, a point behind the camera.";
+      return "Multiply each coordinate of r by t and add the coordinate of C.";
+    },
+  },
+  {
+    id: "halving",
+    title: "A tree halves 1024 triangles until each leaf holds one. How many levels of boxes lie below the root?",
+    asked: ["levels"],
+    given: () => ["1024 = 2 · 2 · … · 2"],
+    answer: () => [10],
+    hint: ([levels]) => {
+      if (levels === 512) return "This is the number of triangles after one halving.";
+      if (levels === 9 || levels === 11) return "Count the halvings: 1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1.";
+      return "How often can you halve 1024 until 1 is left?";
+    },
+  },
+  {
+    id: "bulb",
+    title: "A surface faces a bulb at a distance of 2 m. The angle θ is 60°. What is E?",
+    asked: ["E (W/m²)"],
+    given: () => ["I = 14 W/sr, d = 2, cos 60° = 0.5"],
+    answer: () => [1.75],
+    hint: ([value]) => {
+      if (areClose([value], [3.5])) return "The factor cos θ is missing.";
+      if (areClose([value], [3.5 * 2])) return "Divide by the square of the distance, and multiply by cos θ.";
+      if (areClose([value], [14 * 0.5 / 2])) return "Divide by the square of the distance, not by the distance.";
+      return "E = I cos θ / d².";
+    },
+  },
+  {
+    id: "cosine",
+    title: "How much of the light does a diffuse surface receive if the light arrives at 60° from the normal? Write the share",
+    asked: ["share"],
+    given: () => ["cos 60°"],
+    answer: () => [0.5],
+    hint: ([value]) => {
+      if (areClose([value], [Math.cos(60)])) return "Your calculator uses radians: 60° is 1.0472.";
+      if (areClose([value], [Math.sin(Math.PI / 3)])) return "This is sin 60°. The share is the cosine of the angle from the normal.";
+      return "The share is cos θ.";
+    },
+  },
+  {
+    id: "noise",
+    title: "A picture with 16 samples has the noise 0.08. How many samples reduce it to 0.02?",
+    asked: ["samples"],
+    given: () => ["noise ~ 1/√n"],
+    answer: () => [256],
+    hint: ([value]) => {
+      if (areClose([value], [64])) return "Four times the samples halve the noise. A quarter of the noise requires more.";
+      if (areClose([value], [4])) return "Fewer samples mean more noise.";
+      return "The noise must fall by a factor of 4, so n must grow by 4².";
+    },
+  },
+  {
+    id: "throughput",
+    title: "A path bounces from surfaces with the red reflectances 0.9, 0.5 and 0.2. What is its throughput in red?",
+    asked: ["throughput"],
+    given: () => ["0.9, 0.5, 0.2"],
+    answer: () => [0.09],
+    hint: ([value]) => {
+      if (areClose([value], [1.6])) return "This is the sum. Each surface multiplies the throughput.";
+      if (areClose([value], [1.6 / 3])) return "This is the mean. Each surface multiplies the throughput.";
+      return "Multiply the three reflectances.";
+    },
+  },
+  {
+    id: "estimator",
+    title: "One uniform direction of the hemisphere has cos θ = 0.7. Its density is p = 1/2π. What is its estimate of ∫ cos θ dω?",
+    asked: ["estimate"],
+    given: () => ["cos θ / p"],
+    answer: () => [1.4 * Math.PI],
+    hint: ([value]) => {
+      if (areClose([value], [0.7])) return "Divide by the density p.";
+      if (areClose([value], [0.7 / (2 * Math.PI)])) return "This is cos θ · p. Divide by p.";
+      if (areClose([value], [Math.PI])) return "This is the expected value, not the estimate of this direction.";
+      return "Divide cos θ by p: multiply by 2π.";
+    },
+  },
+  {
+    id: "distortion",
+    title: "k₁ = −0.3. At which distance does the image of a point at distance 0.5 from the axis appear?",
+    asked: ["distance"],
+    given: () => ["r (1 + k₁ r²)"],
+    answer: () => [0.4625],
+    hint: ([value]) => {
+      if (areClose([value], [0.5375])) return "The sign of k₁ is negative.";
+      if (areClose([value], [0.425])) return "Square the distance: k₁ r².";
+      return "Put r = 0.5 and k₁ = −0.3 into r (1 + k₁ r²).";
+    },
+  },
+  {
+    id: "frames",
+    title: "How many frames does a video of one minute have at 24 frames per second?",
+    asked: ["frames"],
+    given: () => ["60 s, 24 frames per second"],
+    answer: () => [1440],
+    hint: ([value]) => {
+      if (areClose([value], [2.5])) return "This is 60 / 24. Each second has 24 frames.";
+      return "Multiply the seconds by the frames per second.";
+    },
+  },
+  {
+    id: "depth",
+    title: "f = 300 pixels, b = 0.6, and the disparity is 45 pixels. What is the depth?",
+    asked: ["depth"],
+    given: () => ["d = f b / depth"],
+    answer: () => [4],
+    hint: ([value]) => {
+      if (areClose([value], [45 / 180])) return "The fraction is upside down.";
+      if (areClose([value], [500])) return "Multiply f by b, do not divide.";
+      return "Solve d = f b / depth for the depth.";
+    },
+  },
+  {
+    id: "points",
+    title: "How many equations do eight points give for the numbers of P?",
+    asked: ["equations"],
+    given: () => ["two equations for each point"],
+    answer: () => [16],
+    hint: ([value]) => {
+      if (areClose([value], [8])) return "Each point gives an equation for u and one for v.";
+      if (areClose([value], [24])) return "A pixel has two coordinates, u and v.";
+      return "Each point gives two equations.";
+    },
+  },
+  {
+    id: "rounding",
+    title: "float32 has 24 bits. How large is the gap between 1 and the next larger number, as a power of two? Write the exponent",
+    asked: ["exponent"],
+    given: () => ["1 = 1.000…0 with 23 binary digits after the point"],
+    answer: () => [-23],
+    hint: ([value]) => {
+      if (areClose([value], [23])) return "The gap is smaller than 1, so the exponent is negative.";
+      if (areClose([value], [-24])) return "The first of the 24 bits stands before the point.";
+      if (areClose([value], [-32])) return "Eight of the 32 bits hold the exponent and one holds the sign.";
+      return "The last of the 23 digits after the point has the value 2 to the power of the exponent.";
     },
   },
 ];
@@ -138,7 +341,7 @@ export function verdictOn(id, texts, facts) {
   const values = texts.map((text) => (text.trim() ? Number(text.trim().replace(/^[−–]/, "-")) : NaN));
   const missing = values.findIndex((value) => !Number.isFinite(value));
   if (missing >= 0) {
-    const comma = texts[missing].includes(",") ? "; a point stands before the decimals" : "";
+    const comma = texts[missing].includes(",") ? "; use a decimal point" : "";
     return { right: false, text: `${exercise.asked[missing]}: write a number, such as -0.25${comma}.` };
   }
   const answer = exercise.answer(facts);

@@ -1,81 +1,74 @@
-// The worker of the lecture's page: the core, and the newest picture that was asked for.
+// The worker of the lecture's page: the core, and the newest picture that each figure requested.
 
 import { nextTurn } from "../core/session.js";
 
-/** @typedef {{ id: number, text: string, width: number, height: number, integrator: string, samples: number }} Wanted */
+/** @typedef {{ key: string, id: number, text: string, width: number, height: number, integrator: string, samples: number, done: number, seed: number }} Request */
 
-const BAND = 16; // rows between two looks for messages
-const PATH = "lecture.toml";
+const PATH = "lecture.toml", STEPS = [1, 4, 16, 64, 256];
 
 /** @param {any} scope the worker's global scope, which has the core as `wasm_bindgen` */
 export function serveLecture(scope) {
   /** @type {any} */
   let core = null;
-  /** @type {Wanted | null} */
-  let wanted = null;
+  /** @type {Map<string, Request>} */
+  const waiting = new Map();
+  /** @type {Map<string, any>} the prepared world of each figure */
+  const worlds = new Map();
   let works = false;
-  /** @type {any} the world of the newest text */
-  let loaded = { text: "" };
-  const say = (/** @type {any} */ message, /** @type {Transferable[]} */ transfer = []) => scope.postMessage(message, transfer);
 
-  function load(/** @type {Wanted} */ { id, text }) {
-    loaded.world?.free();
-    loaded = { text: "" };
+  function load(/** @type {Request} */ { key, text }) {
+    const old = worlds.get(key);
+    if (old?.text === text) return old;
+    old?.camera.free();
+    old?.world.free();
+    worlds.delete(key);
     const files = new core.Files();
     files.add(PATH, new TextEncoder().encode(text));
     const world = core.World.load(PATH, files);
-    const camera = world.camera(undefined, ...[1, 1]);
-    loaded = { text, world, camera };
-    const [P, K, R, C] = [[...camera.P], [...camera.K], [...camera.R], [...camera.C]];
-    const about = JSON.parse(world.about());
-    const { offset } = camera;
-    const [corners, ids, colors] = [world.triangles(), world.triangleIds(), world.triangleColors()];
-    say({ type: "world", id, P, K, R, C, offset, names: about.objects, corners, ids, colors });
+    const loaded = { text, world, camera: world.camera(undefined, 1, 1) };
+    worlds.set(key, loaded);
+    scope.postMessage({ type: "world", key, P: [...loaded.camera.P], corners: world.triangles(), notices: JSON.parse(world.about()).notices });
+    return loaded;
   }
 
-  async function draw(/** @type {Wanted} */ asked) {
-    if (loaded.text !== asked.text) load(asked);
-    const { width, height, integrator } = asked;
-    for (let samples = 1; ; samples = Math.min(4 * samples, asked.samples)) {
-      const color = new Float32Array(3 * width * height);
-      const band = samples === 1 ? height : Math.max(1, Math.floor(BAND / Math.sqrt(samples)));
-      for (let top = 0; top < height; top += band) {
-        const region = [0, top, width, Math.min(band, height - top)];
-        const request = { channels: ["color"], integrator, samples, region, ambient_occlusion: false };
-        const frame = loaded.world.render(loaded.camera, JSON.stringify(request));
-        color.set(frame.plane("color"), 3 * width * top);
-        frame.free();
-        if (samples > 1) await nextTurn();
-        if (wanted) return;
-      }
-      say({ type: "picture", id: asked.id, samples, color }, [color.buffer]);
-      await nextTurn();
-      if (wanted || samples >= asked.samples) return;
+  function draw(/** @type {Request} */ asked) {
+    const { key, id, width, height, integrator, seed } = asked;
+    const { world, camera } = load(asked);
+    if (asked.samples > 0) {
+      const samples = Math.min(STEPS.find((step) => step > asked.done) || asked.samples, asked.samples);
+      const request = { channels: ["color"], integrator, samples, seed, region: [0, 0, width, height], ambient_occlusion: false };
+      const frame = world.render(camera, JSON.stringify(request));
+      const color = frame.plane("color");
+      frame.free();
+      scope.postMessage({ type: "picture", key, id, samples, width, height, color }, [color.buffer]);
+      if (samples < asked.samples && !waiting.has(key)) waiting.set(key, { ...asked, done: samples });
     }
   }
 
   async function work() {
     if (works || !core) return;
     works = true;
-    while (wanted) {
-      const asked = wanted;
-      wanted = null;
+    while (waiting.size) {
+      const [asked] = [...waiting.values()].sort((a, b) => a.done - b.done || b.id - a.id);
+      waiting.delete(asked.key);
       try {
-        await draw(asked);
+        draw(asked);
       } catch (error) {
-        fail(asked.id, error);
+        fail(asked.key, asked.id, error);
       }
+      await nextTurn();
     }
     works = false;
   }
 
-  function fail(/** @type {number} */ id, /** @type {any} */ error) {
-    const text = String(error?.message ?? error);
+  function fail(/** @type {string} */ key, /** @type {number} */ id, /** @type {any} */ error) {
+    let text = String(error?.message ?? error);
     try {
-      say({ type: "failed", id, text: JSON.parse(text).text });
+      text = JSON.parse(text).text;
     } catch {
-      say({ type: "failed", id, text });
+      // The text is plain already.
     }
+    scope.postMessage({ type: "failed", key, id, text });
   }
 
   scope.onmessage = async (/** @type {MessageEvent} */ { data }) => {
@@ -84,9 +77,9 @@ export function serveLecture(scope) {
         await scope.wasm_bindgen({ module_or_path: data.module });
         core = scope.wasm_bindgen;
       } catch (error) {
-        fail(0, error);
+        fail("", 0, error);
       }
-    } else wanted = data;
+    } else waiting.set(data.key, { ...data, done: 0 });
     work();
   };
 }

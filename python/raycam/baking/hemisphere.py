@@ -1,0 +1,35 @@
+"""Cosine-weighted directions around normals, the same for every call."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+
+__all__ = ["hemisphere_directions"]
+
+
+def hemisphere_directions(normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int) -> Floats:
+    """Unit directions [n, 3], the `sample`-th of `samples` for each normal, with a density of cosine over pi.
+
+    A Hammersley set is shifted by a hash of `keys` [n] (Cranley and Patterson 1976) and mapped by Malley's method.
+    """
+    mixed = (keys.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed ^= mixed >> np.uint64(29)
+    mixed *= np.uint64(0xBF58476D1CE4E5B9)
+    mixed ^= mixed >> np.uint64(32)
+    shift_u = (mixed >> np.uint64(40)).astype(np.float64) / (1 << 24)
+    shift_v = (mixed & np.uint64(0xFFFFFF)).astype(np.float64) / (1 << 24)
+    u = ((sample + 0.5) / samples + shift_u) % 1.0
+    v = (int(f"{sample:032b}"[::-1], 2) / 2.0**32 + shift_v) % 1.0
+    radius, angle = np.sqrt(u), 2 * np.pi * v
+    x, y, z = radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - u)
+    nx, ny, nz = normals.T
+    sign = np.where(nz >= 0, 1.0, -1.0)
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    first = np.stack([1 + sign * nx * nx * a, sign * b, -sign * nx], axis=1)
+    second = np.stack([b, sign + ny * ny * a, -ny], axis=1)
+    found: Floats = x[:, None] * first + y[:, None] * second + z[:, None] * normals
+    return found

@@ -1,0 +1,132 @@
+"""Texels of a mesh: the face at each texel's centre, by exact edge signs in texture space."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools, Floats
+
+__all__ = ["Texels", "find_texels"]
+
+Ints = npt.NDArray[np.int64]
+
+CANDIDATES = 1 << 20
+"""Pairs of a triangle and a texel in work at the same time, about 200 MB."""
+ERROR = 1e-14
+"""Bound of the relative error of a float64 edge function; signs below it are decided by fractions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """The texels [n] whose centre is in a face, in the order of rows."""
+
+    size: tuple[int, int]
+    """(width, height) of the texture."""
+    index: Ints
+    """Row times width plus column, ascending."""
+    face: Ints
+    """The face at the centre; on an edge, the lowest number."""
+    weights: Floats
+    """Barycentric weights of the face's corners [n, 3]."""
+    overlapping: int
+    """The number of texels whose centre is inside of several faces, whose islands overlap."""
+
+
+def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
+    """The texels of faces with the texture coordinates `uvs` [f, 3, 2] (v down) in a texture of `size`.
+
+    A texel's centre is at (column + 1/2, row + 1/2) / size. Centres outside 0..1 are ignored.
+    """
+    width, height = size
+    corners = np.asarray(uvs, np.float64) * [width, height] - 0.5
+    owner = np.full(width * height, -1, np.int64)
+    strict = np.zeros(width * height, np.uint8)
+    for face, x, y in _candidates(corners, size):
+        signs = edge_signs(corners[face], x, y)
+        inside = (signs >= 0).all(axis=1) | (signs <= 0).all(axis=1)
+        inside &= signs.any(axis=1)
+        place, face, signs = (y * width + x)[inside], face[inside], signs[inside]
+        np.add.at(strict, place[(signs != 0).all(axis=1)], 1)
+        # The lowest face wins: assign in descending order.
+        order = np.argsort(-face, kind="stable")
+        place, face = place[order], face[order]
+        known = owner[place]
+        owner[place] = np.where((known >= 0) & (known < face), known, face)
+    index = np.flatnonzero(owner >= 0)
+    face = owner[index]
+    return Texels(size, index, face, _weights(corners[face], index, width), int((strict > 1).sum()))
+
+
+def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Iterates over faces and the texels of their bounding boxes, as face, column and row, in bounded pieces."""
+    low = np.clip(np.ceil(corners.min(axis=1)), 0, size).astype(np.int64)
+    high = np.clip(np.floor(corners.max(axis=1)), -1, np.array(size) - 1).astype(np.int64)
+    extent = np.maximum(high - low + 1, 0)
+    faces = np.flatnonzero(extent.all(axis=1))
+    # Pieces are rows of bounding boxes.
+    rows = extent[faces, 1]
+    start = 0
+    while start < len(faces):
+        total = np.cumsum(rows[start : start + CANDIDATES] * extent[faces[start : start + CANDIDATES], 0])
+        some = faces[start : start + max(1, int(np.searchsorted(total, CANDIDATES, side="right")))]
+        start += len(some)
+        tall = np.repeat(some, extent[some, 1])
+        y = low[tall, 1] + _count_up(extent[some, 1])
+        for first in range(0, len(tall), max(1, CANDIDATES // max(1, int(extent[some, 0].max())))):
+            piece = slice(first, first + max(1, CANDIDATES // max(1, int(extent[some, 0].max()))))
+            widths = extent[tall[piece], 0]
+            face = np.repeat(tall[piece], widths)
+            yield face, low[face, 0] + _count_up(widths), np.repeat(y[piece], widths)
+
+
+def _count_up(lengths: Ints) -> Ints:
+    """0, 1, ... for each of the lengths, one after the other."""
+    ends = np.cumsum(lengths)
+    found: Ints = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - lengths, lengths)
+    return found
+
+
+def edge_signs(corners: Floats, x: Ints, y: Ints) -> npt.NDArray[np.int8]:
+    """The exact signs [n, 3] of the edge functions of triangles [n, 3, 2] at points (x, y)."""
+    signs = np.empty((len(corners), 3), np.int8)
+    point = np.stack([x, y], axis=1).astype(np.float64)
+    for i in range(3):
+        a, b = corners[:, i], corners[:, (i + 1) % 3]
+        left = (b[:, 0] - a[:, 0]) * (point[:, 1] - a[:, 1])
+        right = (b[:, 1] - a[:, 1]) * (point[:, 0] - a[:, 0])
+        value = left - right
+        signs[:, i] = np.sign(value)
+        unsure = np.flatnonzero(np.abs(value) <= ERROR * (np.abs(left) + np.abs(right)))
+        for k in unsure:
+            ax, ay, bx, by = (Fraction(float(v)) for v in (*a[k], *b[k]))
+            exact = (bx - ax) * (int(y[k]) - ay) - (by - ay) * (int(x[k]) - ax)
+            signs[k, i] = (exact > 0) - (exact < 0)
+    return signs
+
+
+def _weights(corners: Floats, index: Ints, width: int) -> Floats:
+    """The barycentric weights [n, 3] of texel centres in triangles [n, 3, 2]."""
+    point = np.stack([index % width, index // width], axis=1).astype(np.float64)
+    a, b, c = (corners[:, i] - point for i in range(3))
+
+    def cross(p: Floats, q: Floats) -> Floats:
+        found: Floats = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        return found
+
+    raw = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    total = raw.sum(axis=1, keepdims=True)
+    weights = np.clip(raw / total, 0.0, 1.0)
+    found: Floats = weights / weights.sum(axis=1, keepdims=True)
+    return found
+
+
+def mark(texels: Texels) -> Bools:
+    """True [h, w] for the texels."""
+    marked = np.zeros(texels.size[0] * texels.size[1], bool)
+    marked[texels.index] = True
+    return marked.reshape(texels.size[1], texels.size[0])

@@ -1,0 +1,26 @@
+"""Robots: descriptions (URDF), kinematics, and the cameras on their links."""
+
+from .collada import collada_to_glb
+from .description import Geometry, Link, Material, RobotDescription, Visual
+from .mounted import MountedCamera, place_camera
+from .read import SUFFIXES, read_robot
+from .resolve import FileResolver, Missing, find_root
+from .robot import JointValues, Robot
+
+__all__ = [
+    "SUFFIXES",
+    "FileResolver",
+    "Geometry",
+    "JointValues",
+    "Link",
+    "Material",
+    "Missing",
+    "MountedCamera",
+    "Robot",
+    "RobotDescription",
+    "Visual",
+    "collada_to_glb",
+    "find_root",
+    "place_camera",
+    "read_robot",
+]

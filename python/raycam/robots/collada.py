@@ -1,0 +1,276 @@
+"""Collada meshes (.dae) as GLB documents, read by `pycollada`: the `raycam[robots]` extra."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..arguments import Floats
+from ..errors import FormatError, SettingsError
+from ..io.glb import GlbBuilder
+from .collada_scene import placed_geometries
+from .resolve import read_bytes
+from .xml_tree import XmlLimits, check_xml
+
+__all__ = ["collada_to_glb"]
+
+MAX_NODE_TRIANGLES = 1 << 24
+"""Triangles of one file, counted for every node that shows them."""
+IMAGE_TYPES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+"""First bytes and media type of the images that glTF embeds as they are."""
+DEFAULT_COLOR = (0.8, 0.8, 0.8)
+"""sRGB colour of a material without a diffuse colour."""
+
+
+def collada_to_glb(
+    path: Path, find_image: Callable[[str], Path], scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+) -> tuple[bytes, list[str]]:
+    """Returns a Collada file as GLB with one node, and notices.
+
+    The unit is applied and the up axis is not, as in RViz. `find_image` returns the path of an image, or raises
+    `OSError`. `scale` multiplies the coordinates; mirrored triangles are turned around. Raises `OSError`,
+    `FormatError` for malformed files, entities and files beyond the budget, and `SettingsError` without the extra.
+    """
+    if importlib.util.find_spec("collada") is None:
+        raise SettingsError(f"{path}: reading Collada requires pycollada: pip install 'raycam[robots]'")
+    data = read_bytes(path, XmlLimits().bytes)
+    check_xml(data, os.fspath(path))
+    import collada  # an extra
+
+    try:
+        document = collada.Collada(
+            io.BytesIO(data), ignore=[collada.common.DaeError], aux_file_loader=lambda name: None
+        )
+        return _Converter(path, document, find_image, scale).convert()
+    except (FormatError, MemoryError, OSError):
+        raise
+    except Exception as error:  # pycollada raises many kinds for malformed documents
+        raise FormatError(f"{path}: not a valid Collada document: {type(error).__name__}: {error}") from None
+
+
+class _Converter:
+    """A document while it is converted."""
+
+    def __init__(
+        self,
+        path: Path,
+        document: Any,
+        find_image: Callable[[str], Path],
+        scale: tuple[float, float, float],
+    ) -> None:
+        self._path, self._document, self._find_image = path, document, find_image
+        self._unit = np.array(scale) * float(document.assetInfo.unitmeter or 1.0)
+        self._glb = GlbBuilder()
+        self._materials: dict[str, int] = {}
+        self._textures: dict[str, int | None] = {}
+        self._primitives: list[dict[str, Any]] = []
+        self._triangles = 0
+        self.notices: list[str] = []
+
+    def convert(self) -> tuple[bytes, list[str]]:
+        """Returns the GLB and the notices."""
+        document = self._document
+        up = str(document.assetInfo.upaxis)
+        if up not in ("Z_UP", "None"):
+            self._note(f"its up axis is {up}, which is not applied, as in RViz")
+        for error in document.errors[:5]:
+            self._note(f"ignored: {error}")
+        for placed in placed_geometries(document, os.fspath(self._path)):
+            geometry = document.geometries.get(placed.geometry)
+            if geometry is None:
+                self._note(f"geometry {placed.geometry!r} is missing or faulty and is not shown")
+                continue
+            if placed.is_skin:
+                self._note("skins and morphs are shown at rest")
+            self._add_geometry(geometry, placed.matrix, placed.materials)
+        if len(document.animations):
+            self._note("animations are ignored")
+        if not self._primitives:
+            raise FormatError(f"{self._path}: the file contains no triangles")
+        mesh = self._glb.add("meshes", name=self._path.stem, primitives=self._primitives)
+        self._glb.add("nodes", name=self._path.stem, mesh=mesh)
+        return self._glb.bytes(), list(dict.fromkeys(self.notices))
+
+    def _note(self, text: str) -> None:
+        self.notices.append(f"{self._path}: {text}")
+
+    # Geometry -----------------------------------------------------------------------------------------------
+
+    def _add_geometry(self, geometry: Any, matrix: Floats, materials: dict[str, str]) -> None:
+        for part in geometry.primitives:
+            kind = type(part).__name__
+            if kind == "TriangleSet":
+                triangles = part
+            elif hasattr(part, "triangleset"):
+                triangles = part.triangleset()
+            else:
+                self._note(f"ignored: {kind} (only triangles and polygons are shown)")
+                continue
+            index = np.asarray(triangles.index)
+            if not index.size:
+                continue
+            index = index.reshape(len(index) * 3 if index.ndim == 3 else -1, index.shape[-1])
+            self._triangles += len(index) // 3
+            if self._triangles > MAX_NODE_TRIANGLES:
+                raise FormatError(f"{self._path}: too many triangles; the limit is {MAX_NODE_TRIANGLES}")
+            material = self._document.materials.get(materials.get(triangles.material, ""))
+            self._add_triangles(triangles.sources, index, matrix, material)
+
+    def _add_triangles(
+        self, sources: dict[str, list[Any]], index: Any, matrix: Floats, material: Any
+    ) -> None:
+        """Adds triangles: rows of `index` are the source indices of one corner."""
+        corners, inverse = np.unique(index, axis=0, return_inverse=True)
+        faces = inverse.reshape(-1, 3)
+        linear = matrix[:3, :3] * self._unit[:, None]
+        points = _values(sources, "VERTEX", corners, 3)
+        if points is None:
+            raise FormatError(f"{self._path}: triangles without vertices")
+        points = points @ linear.T + matrix[:3, 3] * self._unit
+        if np.linalg.det(linear) < 0:
+            faces = faces[:, ::-1]
+        attributes = {"POSITION": self._glb.floats(points)}
+        normals = _values(sources, "NORMAL", corners, 3)
+        if normals is not None and np.linalg.det(linear) != 0.0:
+            normals = normals @ np.linalg.inv(linear)
+            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+            if np.isfinite(lengths).all() and (lengths > 0).all():
+                attributes["NORMAL"] = self._glb.floats(normals / lengths)
+        uvs = _values(sources, "TEXCOORD", corners, 2)
+        if uvs is not None and np.isfinite(uvs).all():
+            attributes["TEXCOORD_0"] = self._glb.floats(uvs * [1, -1] + [0, 1])
+        colors = _values(sources, "COLOR", corners, 3)
+        if colors is not None and np.isfinite(colors).all():
+            attributes["COLOR_0"] = self._glb.floats(_linear(np.clip(colors, 0, 1)))
+        number = self._material(material, colors is not None, uvs is not None)
+        self._primitives.append(
+            {"attributes": attributes, "indices": self._glb.indices(faces), "material": number}
+        )
+
+    # Materials ----------------------------------------------------------------------------------------------
+
+    def _material(self, material: Any, colored: bool, textured: bool) -> int:
+        key = f"{getattr(material, 'id', None)} {colored} {textured}"
+        if key not in self._materials:
+            self._materials[key] = self._new_material(material, colored, textured)
+        return self._materials[key]
+
+    def _new_material(self, material: Any, colored: bool, textured: bool) -> int:
+        effect = None if material is None else material.effect
+        diffuse = None if effect is None else effect.diffuse
+        if diffuse is None and effect is not None and effect.shadingtype == "constant":
+            diffuse = effect.emission
+        texture = self._texture(diffuse) if textured else None
+        if texture is not None or (colored and diffuse is None):
+            color = (1.0, 1.0, 1.0)
+        elif isinstance(diffuse, tuple):
+            color = diffuse[:3]
+        else:
+            color = DEFAULT_COLOR
+            if effect is not None:
+                self._note(f"material {material.id!r} has no diffuse colour; it is shown in light grey")
+        alpha, emission = 1.0, None
+        if effect is not None:
+            alpha = self._opacity(effect, material.id)
+            if isinstance(effect.emission, tuple) and effect.shadingtype != "constant":
+                emission = _linear(np.clip(effect.emission[:3], 0, 1)).tolist()
+        return self._glb.add(
+            "materials",
+            name=None if material is None else material.id,
+            pbrMetallicRoughness={
+                "baseColorFactor": [*_linear(np.clip(color, 0, 1)).tolist(), alpha],
+                "metallicFactor": 0.0,
+                "roughnessFactor": _roughness(effect),
+                **({} if texture is None else {"baseColorTexture": {"index": texture}}),
+            },
+            emissiveFactor=emission if emission and any(emission) else None,
+            alphaMode="BLEND" if alpha < 1 else None,
+            doubleSided=True,
+        )
+
+    def _opacity(self, effect: Any, name: str) -> float:
+        """The opacity in the four modes of Collada 1.5 (chapter 7, "Determining transparency")."""
+        transparent, factor = effect.transparent, effect.transparency
+        node = (
+            None if effect.xmlnode is None else effect.xmlnode.find(f".//{self._document.tag('transparent')}")
+        )
+        mode = "A_ONE" if node is None else node.get("opaque", "A_ONE")
+        factor = float(factor) if isinstance(factor, int | float) else 1.0
+        if not isinstance(transparent, tuple):
+            if transparent is not None:
+                return 1.0  # a texture; its alpha channel is not used
+            opacity = factor
+        else:
+            luminance = float(np.dot(transparent[:3], (0.212671, 0.715160, 0.072169)))
+            value = luminance if mode.startswith("RGB") else transparent[3] if len(transparent) > 3 else 1.0
+            opacity = 1.0 - value * factor if mode.endswith("ZERO") else value * factor
+        opacity = min(max(float(opacity), 0.0), 1.0)
+        if opacity == 0.0:
+            self._note(f"material {name!r} is fully transparent; it is shown opaque")
+            return 1.0
+        return opacity
+
+    def _texture(self, value: Any) -> int | None:
+        """The texture of a `Map`; None for a colour or a missing image."""
+        image = getattr(getattr(getattr(value, "sampler", None), "surface", None), "image", None)
+        if image is None:
+            return None
+        name = str(image.path)
+        if name not in self._textures:
+            self._textures[name] = self._new_texture(name)
+        return self._textures[name]
+
+    def _new_texture(self, name: str) -> int | None:
+        try:
+            found = self._find_image(name)
+            data = read_bytes(found, 1 << 28)
+            kind = next((kind for start, kind in IMAGE_TYPES.items() if data.startswith(start)), None)
+            if kind is None:
+                pixels, _ = _core.read_picture(os.fspath(found), False)
+                data, kind = _encode_png(np.asarray(pixels)), "image/png"
+        except (OSError, FormatError) as error:
+            self._note(f"image {name!r} is not shown: {error}")
+            return None
+        image = self._glb.add("images", bufferView=self._glb.view(data), mimeType=kind, name=name)
+        return self._glb.add("textures", source=image)
+
+
+def _encode_png(linear: Any) -> bytes:
+    encoded = _core.srgb_from_linear(np.ascontiguousarray(linear[..., :3], np.float32), 1.0, 8, "standard")
+    return bytes(_core.encode_png(np.ascontiguousarray(encoded)))
+
+
+def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: int) -> Floats | None:
+    """The values [n, width] of the first source with this meaning, or None."""
+    for offset, _, _, _, source in sources.get(semantic, [])[:1]:
+        data = np.asarray(source.data, np.float64)
+        if data.ndim == 2 and data.shape[1] >= width and len(data):
+            found: Floats = data[corners[:, offset], :width]
+            return found
+    return None
+
+
+def _linear(colors: Any) -> Floats:
+    """Linear values of sRGB colours: Collada's colours are shown as they are by RViz and most exporters' tools."""
+    values = np.asarray(colors, np.float64)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def _roughness(effect: Any) -> float:
+    """The roughness that resembles Phong's exponent s: sqrt(2 / (s + 2)) (Walter et al. 2007)."""
+    shininess = getattr(effect, "shininess", None)
+    if (
+        effect is None
+        or effect.shadingtype in ("lambert", "constant")
+        or not isinstance(shininess, int | float)
+    ):
+        return 1.0
+    return math.sqrt(2.0 / (max(float(shininess), 0.0) + 2.0))

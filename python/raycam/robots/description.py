@@ -1,0 +1,92 @@
+"""Robot descriptions as plain data: links, joints, visuals and materials, in metres and radians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from ..arguments import Floats
+
+__all__ = ["JOINT_TYPES", "Geometry", "Joint", "JointType", "Link", "Material", "RobotDescription", "Visual"]
+
+JointType = Literal["revolute", "continuous", "prismatic", "planar", "floating", "fixed"]
+JOINT_TYPES: tuple[JointType, ...] = ("revolute", "continuous", "prismatic", "planar", "floating", "fixed")
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material of a visual; parts that are None are not specified."""
+
+    name: str = ""
+    rgba: tuple[float, float, float, float] | None = None
+    """Red, green, blue (sRGB) and opacity, each 0..1."""
+    texture: str | None = None
+    """The texture's file name as written in the description."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A shape: "box", "cylinder", "sphere", "capsule" or "mesh"."""
+
+    kind: str
+    size: tuple[float, ...] = ()
+    """Box: three sides; cylinder and capsule: radius and length along z; sphere: radius. Empty for a mesh."""
+    file: str = ""
+    """The mesh's file name as written in the description."""
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Factors of the mesh's coordinates."""
+
+
+@dataclass(frozen=True)
+class Visual:
+    """A shape of a link."""
+
+    link_from_visual: Floats
+    """Transform [4, 4]."""
+    geometry: Geometry
+    material: Material
+    line: int
+
+
+@dataclass
+class Link:
+    """A rigid body with its visible shapes and its collision shapes."""
+
+    name: str
+    line: int
+    visuals: list[Visual] = field(default_factory=list)
+    collisions: list[Visual] = field(default_factory=list)
+
+
+@dataclass
+class Joint:
+    """A joint, which places the link `child` relative to the link `parent`."""
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    line: int
+    parent_from_joint: Floats
+    """Transform [4, 4] at the joint's zero."""
+    axis: Floats
+    """Unit vector [3] in the joint's frame: of rotation or translation, or a planar joint's normal."""
+    lower: float = -np.inf
+    upper: float = np.inf
+    mimic: tuple[str, float, float] | None = None
+    """The followed joint, multiplier and offset."""
+
+
+@dataclass
+class RobotDescription:
+    """A robot: a tree of links and joints."""
+
+    name: str
+    file: str
+    """The file's path, for messages."""
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    """All joints by name, in the order of the file."""
+    notices: list[str] = field(default_factory=list)

@@ -1,0 +1,170 @@
+"""Poses of links from joint values, in float64."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arguments import Floats
+from .description import Joint, JointType, RobotDescription
+from .transforms import quaternion_matrices, rotations_about
+from .tree import joint_order
+
+__all__ = ["WIDTHS", "Kinematics"]
+
+WIDTHS: dict[JointType, int] = {
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "planar": 3,
+    "floating": 7,
+    "fixed": 0,
+}
+"""Values per joint: planar x, y, yaw; floating x y z and a quaternion x y z w."""
+
+VELOCITIES: dict[JointType, int] = {**WIDTHS, "floating": 6}
+"""Columns of the Jacobian per joint."""
+
+
+class Source(NamedTuple):
+    """The values of a joint: `multiplier` times the vector's values from `start` on, plus `offset`."""
+
+    start: int
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+class Kinematics:
+    """The kinematics of a robot: `root_from_link` for vectors of joint values.
+
+    A vector contains the values of the joints that move and do not mimic others, in the order of the file.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self.order = joint_order(robot)
+        self.joints = {
+            name: joint
+            for name, joint in robot.joints.items()
+            if joint.type != "fixed" and joint.mimic is None
+        }
+        """The independent joints by name."""
+        self.starts: dict[str, int] = {}
+        """The index of each independent joint's first value."""
+        self.size = 0
+        """The length of a vector."""
+        for name, joint in self.joints.items():
+            self.starts[name] = self.size
+            self.size += WIDTHS[joint.type]
+        self.links = list(robot.links)
+        self._joint_of = {joint.child: joint for joint in self.order}
+        self._sources = {name: self._source(robot, joint) for name, joint in robot.joints.items()}
+        self.root = next(name for name in robot.links if name not in self._joint_of)
+
+    def _source(self, robot: RobotDescription, joint: Joint) -> Source:
+        """Follows mimics to the joint whose values count."""
+        multiplier, offset = 1.0, 0.0
+        while joint.mimic is not None:
+            followed, factor, addend = joint.mimic
+            offset += multiplier * addend
+            multiplier *= factor
+            joint = robot.joints[followed]
+        return Source(self.starts.get(joint.name, 0), multiplier, offset)
+
+    def zero(self) -> Floats:
+        """Returns the vector of zeros, each clamped to its joint's limits; floating joints have no rotation."""
+        values = np.zeros(self.size)
+        for name, joint in self.joints.items():
+            start = self.starts[name]
+            if joint.type == "floating":
+                values[start + 6] = 1.0
+            elif joint.type != "planar":
+                values[start] = np.clip(0.0, joint.lower, joint.upper)
+        return values
+
+    def poses(self, values: Floats) -> dict[str, Floats]:
+        """Returns root_from_link [n, 4, 4] of every link for joint vectors [n, size]."""
+        count = len(values)
+        poses = {self.root: np.broadcast_to(np.eye(4), (count, 4, 4))}
+        for joint in self.order:
+            local = joint.parent_from_joint
+            motion = self._motion(joint, values)
+            poses[joint.child] = poses[joint.parent] @ (local if motion is None else local @ motion)
+        return poses
+
+    def _values(self, joint: Joint, values: Floats) -> Floats:
+        """The values [n, width] of a joint."""
+        start, multiplier, offset = self._sources[joint.name]
+        return multiplier * values[:, start : start + WIDTHS[joint.type]] + offset
+
+    def _motion(self, joint: Joint, values: Floats) -> Floats | None:
+        """The transform [n, 4, 4] of a joint's values; None for a fixed joint."""
+        if joint.type == "fixed":
+            return None
+        given = self._values(joint, values)
+        motion = np.tile(np.eye(4), (len(values), 1, 1))
+        if joint.type in ("revolute", "continuous"):
+            motion[:, :3, :3] = rotations_about(joint.axis, given[:, 0])
+        elif joint.type == "prismatic":
+            motion[:, :3, 3] = given * joint.axis
+        elif joint.type == "planar":
+            across, along = plane_axes(joint.axis)
+            motion[:, :3, :3] = rotations_about(joint.axis, given[:, 2])
+            motion[:, :3, 3] = given[:, :1] * across + given[:, 1:2] * along
+        else:
+            motion[:, :3, :3] = quaternion_matrices(given[:, 3:])
+            motion[:, :3, 3] = given[:, :3]
+        return motion
+
+    def jacobian(self, values: Floats, link: str) -> Floats:
+        """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
+
+        Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. A column is the derivative
+        by one value; of a floating joint, by three translations and three rotations about its parent's axes.
+        """
+        poses = {name: found[0] for name, found in self.poses(values[None]).items()}
+        columns, count = {}, 0
+        for name, independent in self.joints.items():
+            columns[self.starts[name]] = count
+            count += VELOCITIES[independent.type]
+        jacobian = np.zeros((6, count))
+        origin = poses[link][:3, 3]
+        while link != self.root:
+            joint = self._joint_of[link]
+            if joint.type != "fixed":
+                start, multiplier, _ = self._sources[joint.name]
+                part = _joint_columns(
+                    joint, poses[joint.parent] @ joint.parent_from_joint, poses[link], origin
+                )
+                jacobian[:, columns[start] : columns[start] + part.shape[1]] += multiplier * part
+            link = joint.parent
+        return jacobian
+
+
+def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) -> Floats:
+    """The columns [6, k] of one joint; `before` is its frame, `after` the frame of its child, in the root's axes."""
+
+    def turning(axis: Floats) -> Floats:
+        return np.concatenate([np.cross(axis, origin - after[:3, 3]), axis])
+
+    def sliding(axis: Floats) -> Floats:
+        return np.concatenate([axis, np.zeros(3)])
+
+    axis = before[:3, :3] @ joint.axis
+    if joint.type == "prismatic":
+        columns = [sliding(axis)]
+    elif joint.type == "planar":
+        columns = [sliding(before[:3, :3] @ one) for one in plane_axes(joint.axis)] + [turning(axis)]
+    elif joint.type == "floating":
+        columns = [move(one) for move in (sliding, turning) for one in before[:3, :3].T]
+    else:
+        columns = [turning(axis)]
+    return np.stack(columns, axis=1)
+
+
+def plane_axes(normal: Floats) -> tuple[Floats, Floats]:
+    """Returns the x and y directions of a planar joint: for the normal z, x and y of the joint's frame."""
+    helper = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    across = helper - normal * (helper @ normal)
+    across /= np.linalg.norm(across)
+    return across, np.cross(normal, across)

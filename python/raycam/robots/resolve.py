@@ -1,0 +1,157 @@
+"""Files that a robot description names: `package://`, `model://`, `file://` and relative names, within root folders."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from urllib.parse import unquote
+
+from ..errors import FormatError, SettingsError
+
+__all__ = ["FileResolver", "Missing"]
+
+MAX_LEVELS = 8
+"""Folders above the description in which package.xml is searched."""
+DESCRIPTION_FOLDERS = ("urdf", "robots", "robot", "xacro", "sdf")
+"""Names of folders that contain only descriptions, so that the package is the folder above."""
+
+
+class Missing(Exception):
+    """A file was not found or may not be read, with the reason."""
+
+
+class FileResolver:
+    """Finds the files named in a robot description.
+
+    Files are read only from `root`, from packages beside it, and from the folders `packages`. Without `folder`, the
+    root is the nearest folder above the description that contains package.xml, or else the description's folder (the
+    one above, if it is called urdf, robots, robot, xacro or sdf). With `folder`, nothing outside `folder` is read.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        folder: str | os.PathLike[str] | None = None,
+        packages: Iterable[str | os.PathLike[str]] = (),
+    ) -> None:
+        self.own = Path(os.path.abspath(path)).parent
+        self.notices: list[str] = []
+        self._confined = folder is not None
+        self.root = find_root(self.own) if folder is None else Path(os.path.abspath(folder))
+        if isinstance(packages, str | os.PathLike):
+            raise SettingsError(f"packages must be a list of folders, got {os.fspath(packages)!r}")
+        self.packages = [Path(os.path.abspath(package)) for package in packages]
+        for package in self.packages:
+            if not package.is_dir():
+                raise SettingsError(f"packages: no folder {package}")
+            if self._confined and not self._inside(package, self.root):
+                raise SettingsError(f"packages: {package} is not inside {self.root}")
+
+    def find(self, name: str) -> Path:
+        """Returns the path of a file; raises `Missing` with the reason and the searched folders."""
+        text = name.strip().replace("\\", "/")
+        scheme, found, rest = text.partition("://")
+        if not found:
+            scheme, found, rest = (
+                text.partition(":/") if text.lower().startswith("file:/") else ("", "", text)
+            )
+            rest = "/" + rest if found else rest
+        scheme = scheme.lower()
+        if scheme in ("package", "model"):
+            package, _, inner = rest.lstrip("/").partition("/")
+            return self._in_package(package, unquote(inner))
+        if scheme == "file":
+            return self._checked(Path(unquote(rest)), [self.root])
+        if scheme:
+            raise Missing(
+                f"{scheme}:// names are not supported; download the file and name it relative to the robot"
+            )
+        if text.startswith("$("):
+            raise Missing("it is a xacro expression; expand the file first")
+        return self._checked(self.own / text, [self.root, *self.packages])
+
+    def _in_package(self, package: str, inner: str) -> Path:
+        if not package or package in (".", ".."):
+            raise Missing("the package has no name")
+        folders = self._package_folders(package)
+        if not folders:
+            raise Missing(f"package {package!r} not found; searched {', '.join(map(str, self._searched()))}")
+        for folder in folders[:-1]:
+            try:
+                return self._checked(folder / inner, [folder])
+            except Missing:
+                continue
+        return self._checked(folders[-1] / inner, [folders[-1]])
+
+    def _package_folders(self, package: str) -> list[Path]:
+        """The folders of this package: named so themselves, or inside a searched folder."""
+        found = []
+        for folder in self._searched():
+            found += [folder] if folder.name == package else []
+            found += [folder / package] if (folder / package).is_dir() else []
+        for folder in found:
+            if self._confined and not self._inside(folder, self.root):
+                raise Missing(f"package {package!r} is {folder}, outside the folder {self.root}")
+        return found
+
+    def _searched(self) -> list[Path]:
+        """The folders in which packages are searched, the nearest first."""
+        above = [self.own, *self.own.parents]
+        inside = [folder for folder in above if folder.is_relative_to(self.root)]
+        beside = [] if self._confined or self.root.parent == Path(self.root.anchor) else [self.root.parent]
+        return list(dict.fromkeys([*self.packages, *inside, *beside]))
+
+    def _checked(self, path: Path, roots: list[Path]) -> Path:
+        """The path if it exists inside of one of the roots, also with other upper and lower case letters."""
+        normal = Path(os.path.normpath(path))
+        if not any(self._inside(normal, root) for root in roots):
+            raise Missing(f"{normal} is outside {roots[0]}; allow a wider folder with folder=")
+        if normal.is_file():
+            return normal
+        other = _other_case(normal)
+        if other is None or not any(self._inside(other, root) for root in roots):
+            raise Missing(f"no such file: {normal}")
+        self.notices.append(
+            f"{normal}: file not found; using {other.name}, which differs in upper and lower case"
+        )
+        return other
+
+    @staticmethod
+    def _inside(path: Path, root: Path) -> bool:
+        return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
+
+
+def find_root(folder: Path) -> Path:
+    """Returns the folder that a description in `folder` may read without `folder=`."""
+    for above in [folder, *folder.parents][:MAX_LEVELS]:
+        if (above / "package.xml").is_file():
+            return above
+    outer = folder.parent
+    return outer if folder.name in DESCRIPTION_FOLDERS and outer != Path(outer.anchor) else folder
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """Returns the bytes of a regular file; raises `OSError`, and `FormatError` beyond the limit."""
+    with path.open("rb") as file:
+        if not path.is_file():
+            raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise FormatError(f"{path}: file too large; the limit is {limit} bytes")
+    return data
+
+
+def _other_case(path: Path) -> Path | None:
+    """The file whose path differs from a missing one only in the case of letters, or None."""
+    parent = path.parent
+    if not parent.is_dir():
+        found = _other_case(parent) if parent != path else None
+        if found is None or not found.is_dir():
+            return None
+        parent = found
+    try:
+        names = sorted(os.listdir(parent))
+    except OSError:
+        return None
+    return next((parent / name for name in names if name.lower() == path.name.lower()), None)

@@ -1,0 +1,129 @@
+"""XML documents as trees of elements with line numbers, within budgets and without entities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NoReturn
+from xml.parsers import expat
+
+from ..errors import FormatError
+
+__all__ = ["Element", "XmlLimits", "check_xml", "parse_xml"]
+
+
+@dataclass(frozen=True)
+class XmlLimits:
+    """Limits for one XML document."""
+
+    bytes: int = 64 << 20
+    """Size of the document."""
+    elements: int = 300_000
+    """Number of elements."""
+    depth: int = 100
+    """Nesting depth of elements."""
+
+
+@dataclass
+class Element:
+    """An element of an XML document."""
+
+    tag: str
+    """The name without its namespace prefix."""
+    attributes: dict[str, str]
+    line: int
+    """The line of the start tag, from 1."""
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+    """All character data directly inside the element."""
+
+    def find(self, tag: str) -> Element | None:
+        """Returns the first child with this tag, or None."""
+        return next(self.find_all(tag), None)
+
+    def find_all(self, tag: str) -> Iterator[Element]:
+        """Iterates over the children with this tag."""
+        return (child for child in self.children if child.tag == tag)
+
+
+def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Element:
+    """Parses a document and returns its root element; `name` starts the error messages.
+
+    Entity declarations and external identifiers are refused, so nothing is expanded and no other file is read. Raises
+    `FormatError` with file and line for these, for malformed XML and beyond the limits.
+    """
+    builder = _Builder(name, limits or XmlLimits(), keep=True)
+    builder.parse(data)
+    assert builder.root is not None
+    return builder.root
+
+
+def check_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> None:
+    """Raises the errors of `parse_xml` without building a tree, for documents that another library parses."""
+    _Builder(name, limits or XmlLimits(), keep=False).parse(data)
+
+
+class _Builder:
+    """Handlers of expat that check the limits and build the tree."""
+
+    def __init__(self, name: str, limits: XmlLimits, *, keep: bool) -> None:
+        self.root: Element | None = None
+        self._name, self._limits, self._keep = name, limits, keep
+        self._open: list[Element] = []
+        self._depth = self._count = 0
+        self._parser = expat.ParserCreate()
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.EntityDeclHandler = self._refuse_entity
+        self._parser.StartDoctypeDeclHandler = self._check_doctype
+        if keep:
+            self._parser.CharacterDataHandler = self._add_text
+            self._parser.buffer_text = True
+
+    def parse(self, data: bytes) -> None:
+        """Parses the whole document."""
+        if len(data) > self._limits.bytes:
+            raise FormatError(
+                f"{self._name}: file too large: {len(data)} bytes; the limit is {self._limits.bytes}"
+            )
+        try:
+            self._parser.Parse(data, True)
+        except expat.ExpatError as error:
+            raise FormatError(
+                f"{self._name}:{error.lineno}: invalid XML: {expat.ErrorString(error.code)}"
+            ) from None
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._count += 1
+        self._depth += 1
+        if self._count > self._limits.elements:
+            self._fail(f"too many XML elements; the limit is {self._limits.elements}")
+        if self._depth > self._limits.depth:
+            self._fail(f"XML elements are nested too deeply; the limit is {self._limits.depth}")
+        if not self._keep:
+            return
+        element = Element(tag.rpartition(":")[2], attributes, self._parser.CurrentLineNumber)
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self.root = element
+        self._open.append(element)
+
+    def _end(self, tag: str) -> None:
+        self._depth -= 1
+        if self._keep:
+            self._open.pop()
+
+    def _add_text(self, text: str) -> None:
+        if self._open:
+            self._open[-1].text += text
+
+    def _refuse_entity(self, name: str, *_: object) -> None:
+        self._fail(f"the document declares the entity {name!r}; entities are not supported, write their text")
+
+    def _check_doctype(self, name: str, system: str | None, public: str | None, internal: bool) -> None:
+        if system is not None or public is not None:
+            self._fail(f"the document type refers to {system or public!r}; external files are not read")
+
+    def _fail(self, text: str) -> NoReturn:
+        raise FormatError(f"{self._name}:{self._parser.CurrentLineNumber}: {text}")

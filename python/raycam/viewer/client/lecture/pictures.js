@@ -1,0 +1,61 @@
+// Pictures of the core for the figures: each figure requests by its key, and the newest request wins.
+
+import { toneMap } from "../image/tone.js";
+import { compiledCore, textOf } from "../transport/worker.js";
+
+/** @typedef {{ canvas: HTMLCanvasElement, samples: number, color: Float32Array }} Picture */
+/** @typedef {{ text: string, width: number, height: number, integrator: string, samples: number, seed?: number }} Wanted `samples` 0 loads the world alone */
+/** @typedef {{ onPicture?: (picture: Picture) => void, onWorld?: (world: any) => void }} Receivers */
+
+export class Pictures {
+  /** @param {(text: string) => void} say called with errors */
+  constructor(say) {
+    this.say = say;
+    this.id = 0;
+    /** @type {Worker | null} */
+    this.worker = null;
+    /** @type {Map<string, Receivers & { id: number, message: any }>} */
+    this.asked = new Map();
+  }
+
+  async open() {
+    try {
+      const module = await compiledCore();
+      const script = [textOf("core-glue"), "\nglobalThis.wasm_bindgen = wasm_bindgen;\n", textOf("client")];
+      this.worker = new Worker(URL.createObjectURL(new Blob(script, { type: "text/javascript" })));
+      this.worker.onmessage = ({ data }) => this.receive(data);
+      this.worker.onerror = (event) => this.say(event.message || "the worker did not start");
+      this.worker.postMessage({ type: "start", module });
+      for (const { message } of this.asked.values()) this.worker.postMessage(message);
+    } catch (error) {
+      this.say(`This browser cannot run raycam: ${error}`);
+    }
+  }
+
+  /** @param {string} key @param {Wanted} wanted @param {Receivers} receivers */
+  request(key, wanted, receivers) {
+    const old = this.asked.get(key);
+    const text = JSON.stringify(wanted);
+    if (old && old.message.asText === text) return;
+    this.id += 1;
+    const message = { seed: 0, ...wanted, asText: text, type: "draw", key, id: this.id };
+    this.asked.set(key, { ...receivers, id: this.id, message });
+    this.worker?.postMessage(message);
+  }
+
+  /** @param {any} message */
+  receive(message) {
+    const asked = this.asked.get(message.key);
+    if (message.type === "failed") this.say(message.text);
+    else if (message.type === "world") asked?.onWorld?.(message);
+    else if (asked) {
+      const { width, height, color, samples } = message;
+      const canvas = document.createElement("canvas");
+      [canvas.width, canvas.height] = [width, height];
+      const image = new ImageData(width, height);
+      toneMap(color, 0, "standard", image.data);
+      canvas.getContext("2d")?.putImageData(image, 0, 0);
+      asked.onPicture?.({ canvas, samples, color });
+    }
+  }
+}

@@ -1,0 +1,143 @@
+"""Keyframes of joints in videos, and trajectories of joints from files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arguments import Floats, floats, real
+from ..errors import WorldError, nearest
+from ..notices import warn_all
+from ..robots import Robot
+from .robot_joints import find_robot
+
+if TYPE_CHECKING:
+    from .contents import WorldContents
+
+__all__ = ["expand_joint_keyframes", "read_trajectory"]
+
+STEPS_PER_FRAME = 4
+"""Keyframes of objects per frame of a video that replace keyframes of joints."""
+MAX_KEYFRAMES = 2_000_000
+"""Keyframes of objects that replace those of joints."""
+
+
+def expand_joint_keyframes(world: WorldContents, description: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns a video's description whose keyframes of joints are replaced by keyframes of objects.
+
+    Joints are interpolated linearly, continuous ones the short way round. Objects get keyframes at every frame of the
+    video, and four per frame, so that they follow curved paths: exactly at the frames, closely between them. Raises
+    `WorldError` for unknown robots, joints and keys, and for objects that are mirrored.
+    """
+    frames = description.get("keyframe") or []
+    if not any(isinstance(frame, Mapping) and "robot" in frame for frame in frames):
+        return dict(description)
+    others = [frame for frame in frames if "robot" not in frame]
+    fps = real("video.fps", description.get("fps", 24.0), error=WorldError)
+    if not fps > 0:
+        raise WorldError(f"video.fps must be positive, got {fps:g}")
+    names = list(dict.fromkeys(frame["robot"] for frame in frames if "robot" in frame))
+    expanded: list[dict[str, Any]] = []
+    for name in names:
+        own = [frame for frame in frames if frame.get("robot") == name]
+        expanded += _object_keyframes(find_robot(world, name), own, fps)
+    return {**description, "keyframe": [*others, *expanded]}
+
+
+def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float) -> list[dict[str, Any]]:
+    tracks: dict[str, list[tuple[float, Floats]]] = {}
+    for frame in frames:
+        for key in frame:
+            if key not in ("time", "robot", "joints"):
+                raise WorldError(f"video.keyframe: {nearest('key', key, ['time', 'robot', 'joints'])}")
+        joints = frame.get("joints")
+        if not isinstance(joints, Mapping):
+            raise WorldError(
+                f"video.keyframe: joints must be a table of joint names and values, got {joints!r}"
+            )
+        time = real("video.keyframe.time", frame.get("time"), what="seconds", error=WorldError)
+        for joint, value in joints.items():
+            tracks.setdefault(joint, []).append((time, robot._joint_values(joint, value)[0][0]))
+    ends = [time for track in tracks.values() for time, _ in track]
+    if not ends:
+        return []
+    times = np.unique(np.concatenate([ends, np.arange(0.0, max(ends), 1.0 / (fps * STEPS_PER_FRAME))]))
+    if len(times) * len(robot._parts) > MAX_KEYFRAMES:
+        raise WorldError(f"video.keyframe: robot {robot.name!r} needs more than {MAX_KEYFRAMES} keyframes")
+    vectors = np.tile(robot._values, (len(times), 1))
+    for joint, track in tracks.items():
+        track.sort(key=lambda pair: pair[0])
+        start = robot._kinematics.starts[joint]
+        values = np.array([value for _, value in track])
+        if robot.description.joints[joint].type == "continuous":
+            values = np.unwrap(values, axis=0)
+        for column in range(values.shape[1]):
+            vectors[:, start + column] = np.interp(times, [time for time, _ in track], values[:, column])
+    vectors, notices = robot._limited(vectors, clamp=False)
+    warn_all(notices)
+    return _moved_objects(robot, times, vectors)
+
+
+def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[str, Any]]:
+    found = []
+    for name, matrices in robot._object_matrices(vectors).items():
+        if (
+            np.array_equal(matrices, np.broadcast_to(matrices[0], matrices.shape))
+            and (vectors == vectors[0]).all()
+        ):
+            continue
+        if np.ptp(matrices, axis=0).max() == 0.0:
+            continue
+        if np.linalg.det(matrices[0, :3, :3]) < 0:
+            raise WorldError(
+                f"object {name!r} is mirrored (a mesh with a negative scale), and keyframes cannot move mirrored"
+                " objects; use render_many(joints=...), or mirror the mesh file"
+            )
+        found += [
+            {"time": float(time), "object": name, "matrix": matrix, "interpolation": "linear"}
+            for time, matrix in zip(times, matrices, strict=True)
+        ]
+    return found
+
+
+def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
+    """Reads joint values over time from a CSV or NPY file; returns times [n] in seconds and vectors [n, k].
+
+    A CSV file starts with the names `time` and joints. An NPY array [n, 1 + k] has the time in its first column, and
+    joints in the order of `Robot.joints`. Joints without a column keep their values. Raises `OSError` and
+    `WorldError`.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".npy":
+        table = floats(
+            os.fspath(path),
+            np.load(path, allow_pickle=False),
+            ("n", 1 + robot._kinematics.size),
+            error=WorldError,
+        )
+        return table[:, 0], table[:, 1:]
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    names = [name.strip() for name in lines[0].split(",")] if lines else []
+    if not names or names[0].lower() not in ("time", "t"):
+        raise WorldError(
+            f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}'
+        )
+    rows = []
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            row = [float(word) for word in line.split(",")]
+        except ValueError:
+            row = []
+        if len(row) != len(names):
+            raise WorldError(
+                f"{path}:{number}: expected {len(names)} numbers separated by commas, got {line!r}"
+            )
+        rows.append(row)
+    table = floats(os.fspath(path), rows, ("n", len(names)), error=WorldError)
+    columns = {name: table[:, column] for column, name in enumerate(names) if column}
+    vectors, _ = robot._vectors(columns)
+    return table[:, 0], vectors

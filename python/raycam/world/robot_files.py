@@ -1,0 +1,287 @@
+"""Robots in worlds: their visuals become objects, their joints move these."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core, robots
+from ..arguments import Floats, one_of
+from ..errors import Error, FormatError, WorldError
+from .description import plain
+
+if TYPE_CHECKING:
+    from .contents import WorldContents
+
+__all__ = ["GEOMETRIES", "is_robot", "place_robot"]
+
+GEOMETRIES = ("visual", "collision")
+"""Shapes that a robot shows."""
+OWN_MATERIALS = (".glb", ".gltf", ".dae")
+"""Endings of meshes that always bring their own materials."""
+MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
+SHOWN_FAULTS = 20
+"""Missing files that an error lists."""
+
+
+def is_robot(name: object) -> bool:
+    """True for the name of a robot file."""
+    return isinstance(name, str | os.PathLike) and Path(name).suffix.lower() in robots.SUFFIXES
+
+
+def place_robot(
+    world: WorldContents,
+    path: str | os.PathLike[str],
+    files: robots.FileResolver,
+    *,
+    name: str | None,
+    placement: Mapping[str, Any],
+    geometry: str,
+    category: str,
+    missing: str,
+) -> tuple[robots.Robot, list[str]]:
+    """Adds a robot's shapes to a world at its zero; returns the robot and notices.
+
+    The world is unchanged if an error is raised before objects are added: all files are found first.
+    """
+    one_of("geometry", geometry, list(GEOMETRIES))
+    one_of("missing", missing, ["error", "box"])
+    one_of("category", category, ["link", "robot"])
+    description = robots.read_robot(path, files)
+    robot = robots.Robot.at_zero(
+        description.name if name is None else name, description, _pose(world, placement)
+    )
+    if robot.name in world._robots:
+        raise WorldError(f"robot {robot.name!r}: the name is taken; pass another name=")
+    builder = _Builder(world, robot, files, geometry, category)
+    builder.find_meshes(missing)
+    builder.add_objects()
+    return robot, list(dict.fromkeys([*description.notices, *files.notices, *builder.notices]))
+
+
+def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
+    """world_from_root [4, 4] by the keys of an object's placement.
+
+    Robots are z up: in a y-up world they are turned upright, except with `matrix`. Raises `WorldError`.
+    """
+    given = {key: value for key, value in keys.items() if value is not None}
+    probe = _core.World(world.up, "", None)
+    _core.world_add_object(probe, plain({"box": {"size": 1.0}, **given}), None)
+    pose = np.array(probe.objects[0][4])
+    if (
+        not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6)
+        or np.linalg.det(pose[:3, :3]) < 0
+    ):
+        raise WorldError("matrix: a robot's pose must be a rotation and a translation")
+    if world.up == "y" and "matrix" not in given:
+        pose = pose @ np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+    return pose
+
+
+class _Builder:
+    """A robot while its objects are added."""
+
+    def __init__(
+        self,
+        world: WorldContents,
+        robot: robots.Robot,
+        files: robots.FileResolver,
+        geometry: str,
+        category: str,
+    ) -> None:
+        self._world, self._robot, self._files = world, robot, files
+        self._geometry, self._category = geometry, category
+        self._found: dict[str, Path | None] = {}
+        self.notices: list[str] = []
+
+    def _shapes(self) -> list[tuple[str, int, robots.Visual]]:
+        """The link, number and shape of everything shown."""
+        return [
+            (link.name, number, shape)
+            for link in self._robot.description.links.values()
+            for number, shape in enumerate(
+                link.visuals if self._geometry == "visual" else link.collisions, start=1
+            )
+        ]
+
+    def find_meshes(self, missing: str) -> None:
+        """Finds all meshes; raises `FormatError` with all missing ones, unless boxes replace them."""
+        faults: dict[str, str] = {}
+        for _, _, shape in self._shapes():
+            name = shape.geometry.file
+            if shape.geometry.kind != "mesh" or name in self._found or name in faults:
+                continue
+            at = f"{self._robot.description.file}:{shape.line}"
+            try:
+                path = self._files.find(name)
+                if path.suffix.lower() not in MESHES:
+                    raise robots.Missing(
+                        f"unknown kind of mesh {path.suffix!r}; expected {', '.join(MESHES)}"
+                    )
+                self._found[name] = path
+            except robots.Missing as reason:
+                faults[name] = f"{at}: mesh {name!r}: {reason}"
+        if faults and missing == "error":
+            more = len(faults) - SHOWN_FAULTS
+            rest = f"; and {more} more" if more > 0 else ""
+            raise FormatError(
+                f"{self._robot.description.file}: {len(faults)} meshes cannot be used: "
+                + "; ".join(list(faults.values())[:SHOWN_FAULTS])
+                + f'{rest}; pass packages=[...] or folder=, or missing="box" for boxes instead'
+            )
+        for name, fault in faults.items():
+            self._found[name] = None
+            self.notices.append(f"{fault}; its collision shapes or a box are shown instead")
+
+    def add_objects(self) -> None:
+        """Adds one object for each shape; in a failed call, the objects added so far are removed."""
+        before = self._world._core.object_count
+        placed: list[tuple[int, str, Floats]] = []
+        poses = self._robot._kinematics.poses(self._robot._values[None])
+        try:
+            for link, number, shape in self._shapes():
+                stem = f"{self._robot.name}/{link}"
+                label = stem if number == 1 else f"{stem}/{number}"
+                for shown, own in self._replaced(link, shape):
+                    world_from_link = self._robot.world_from_root @ poses[link][0]
+                    added = self._add(label, shown, world_from_link @ shown.link_from_visual @ own, own)
+                    placed.append((added, link, shown.link_from_visual @ own))
+        except (Error, OSError):
+            for _ in range(self._world._core.object_count - before):
+                _core.world_remove_object(self._world._core, before)
+            raise
+        names = [item[0] for item in self._world._core.objects]
+        self._robot._parts.extend((names[number], link, matrix) for number, link, matrix in placed)
+
+    def _replaced(self, link: str, shape: robots.Visual) -> list[tuple[robots.Visual, Floats]]:
+        """The shape with its scale [4, 4], or what is shown instead of a missing mesh."""
+        if shape.geometry.kind != "mesh":
+            return [(shape, np.eye(4))]
+        if self._found[shape.geometry.file] is not None:
+            return [(shape, np.diag([*shape.geometry.scale, 1.0]))]
+        collisions = [
+            other
+            for other in self._robot.description.links[link].collisions
+            if other.geometry.kind != "mesh" and self._geometry == "visual"
+        ]
+        box = robots.Visual(
+            shape.link_from_visual, robots.Geometry("box", (0.1, 0.1, 0.1)), shape.material, shape.line
+        )
+        return [(other, np.eye(4)) for other in collisions or [box]]
+
+    def _add(self, name: str, shape: robots.Visual, world_from_mesh: Floats, scale: Floats) -> int:
+        geometry = shape.geometry
+        keys: dict[str, Any] = {
+            "name": name,
+            "matrix": world_from_mesh,
+            "category": self._robot.name if self._category == "robot" else name.split("/")[1],
+        }
+        if geometry.kind == "mesh":
+            path = self._found[geometry.file]
+            assert path is not None
+            return self._add_mesh(path, keys, shape.material)
+        keys |= self._material(shape.material)
+        sizes = [size if size > 0 else 1e-9 for size in geometry.size]
+        if 0.0 in geometry.size:
+            self.notices.append(
+                f"{self._robot.description.file}:{shape.line}: a {geometry.kind} has a size of 0; it is shown as 1 nm"
+            )
+        if geometry.kind == "box":
+            keys["box"] = {"size": sizes}
+        elif geometry.kind == "sphere":
+            keys["sphere"] = {"radius": sizes[0]}
+        elif geometry.kind == "cylinder":
+            keys["cylinder"] = {"radius": sizes[0], "height": sizes[1]}
+        else:
+            vertices, faces, normals = capsule(sizes[0], sizes[1])
+            keys |= {"vertices": vertices, "triangles": faces, "normals": normals}
+        return _core.world_add_object(self._world._core, plain(keys), None)
+
+    def _add_mesh(self, path: Path, keys: dict[str, Any], material: robots.Material) -> int:
+        core, suffix = self._world._core, path.suffix.lower()
+        if suffix == ".dae":
+            with TemporaryDirectory(prefix="raycam-robot-") as folder:
+                data, notices = robots.collada_to_glb(path, lambda name: self._image(path, name))
+                copy = Path(folder, f"{path.stem}.glb")
+                copy.write_bytes(data)
+                self.notices += notices
+                before = len(core.notices)
+                try:
+                    number = _core.world_add_object(
+                        core, plain(keys | {"mesh": copy, "upright": False}), None
+                    )
+                except Error as error:
+                    raise type(error)(str(error).replace(os.fspath(copy), os.fspath(path))) from None
+                own = [notice.replace(os.fspath(copy), os.fspath(path)) for notice in core.notices[before:]]
+                core.set_notices([*core.notices[:before], *own])
+            return number
+        if suffix in (".glb", ".gltf"):
+            keys["upright"] = False
+        elif not _has_materials(path):
+            keys |= self._material(material)
+        return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
+
+    def _image(self, mesh: Path, name: str) -> Path:
+        """The path of an image that a mesh names; raises `OSError`."""
+        try:
+            if "://" in name or Path(name).is_absolute():
+                return self._files.find(name)
+            return self._files.find(os.fspath(mesh.parent / name))
+        except robots.Missing as reason:
+            raise FileNotFoundError(str(reason)) from None
+
+    def _material(self, material: robots.Material) -> dict[str, Any]:
+        """Keys of the object: colours of URDF are sRGB, as RViz shows them."""
+        keys: dict[str, Any] = {}
+        if material.rgba is not None:
+            srgb = np.array(material.rgba[:3])
+            keys["color"] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+            if 0 < material.rgba[3] < 1:
+                keys["opacity"] = material.rgba[3]
+            elif material.rgba[3] == 0:
+                self.notices.append(
+                    f"{self._robot.description.file}: material {material.name!r} is fully transparent (alpha 0); "
+                    "it is shown opaque"
+                )
+        if material.texture is not None:
+            try:
+                keys["texture"] = self._files.find(material.texture)
+            except robots.Missing as reason:
+                self.notices.append(
+                    f"{self._robot.description.file}: texture {material.texture!r} is not shown: {reason}"
+                )
+        return keys
+
+
+def _has_materials(path: Path) -> bool:
+    """True for an OBJ file with materials, which count instead of the description's, as in RViz."""
+    if path.suffix.lower() != ".obj":
+        return False
+    with path.open("rb") as file:
+        return any(line.startswith(b"usemtl") for line in file)
+
+
+def capsule(radius: float, length: float, segments: int = 48) -> tuple[Floats, Any, Floats]:
+    """Vertices, triangles and normals of a cylinder along z with half spheres at its ends; `length` is without them."""
+    rings = segments // 4
+    low = np.linspace(-np.pi / 2, 0, rings + 1)
+    radii, heights = np.cos(low), np.sin(low)
+    radii[0] = 0.0  # poles and the seam coincide exactly
+    turns = np.arange(segments + 1) % segments * (2 * np.pi / segments)
+    profile = [(radii[ring], heights[ring], -length / 2) for ring in range(rings + 1)]
+    profile += [(radii[ring], -heights[ring], length / 2) for ring in range(rings, -1, -1)]
+    normals = np.array([[r * np.cos(turn), r * np.sin(turn), h] for r, h, _ in profile for turn in turns])
+    offsets = np.repeat([shift for _, _, shift in profile], len(turns))
+    vertices = radius * normals + np.stack([0 * offsets, 0 * offsets, offsets], axis=1)
+    width, faces = segments + 1, []
+    for row in range(len(profile) - 1):
+        for column in range(segments):
+            a = row * width + column
+            quad = [(a, a + 1, a + width + 1), (a, a + width + 1, a + width)]
+            faces += quad[1:] if row == 0 else quad[:1] if row == len(profile) - 2 else quad
+    return vertices, np.array(faces), normals

@@ -1,0 +1,132 @@
+"""Reading of URDF: accepted documents, and errors with lines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import raycam
+from raycam.robots.urdf import read_urdf
+
+
+def urdf(body: str) -> bytes:
+    return f'<robot name="r">\n{body}\n</robot>'.encode()
+
+
+LINKS = '<link name="a"/>\n<link name="b"/>\n'
+
+
+def joint(
+    name: str = "j", parent: str = "a", child: str = "b", kind: str = "revolute", more: str = ""
+) -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<limit lower="-1" upper="1"/>{more}</joint>\n'
+    )
+
+
+BAD = {
+    "two roots": (LINKS, r":3: 2 links have no parent.*'a' \(line 2\), 'b' \(line 3\)"),
+    "loop": (
+        LINKS + '<link name="c"/>\n' + joint("j", "a", "b") + joint("k", "b", "a"),
+        r":6: .*loop.*'k' \(line 6\), 'j' \(line 5\)",
+    ),
+    "two parents": (
+        LINKS + '<link name="c"/>\n' + joint("j", "a", "c") + joint("k", "b", "c"),
+        r":6: link 'c' has two parents.*'j' \(line 5\)",
+    ),
+    "unknown parent": (LINKS + joint(parent="aa"), r":4: joint 'j': unknown link 'aa'; did you mean 'a'"),
+    "duplicate link": ('<link name="a"/>\n<link name="a"/>', r":3: duplicate link 'a'.*line 2"),
+    "duplicate joint": (
+        LINKS + '<link name="c"/>\n' + joint() + joint(child="c"),
+        r":6: duplicate joint 'j'.*line 5",
+    ),
+    "joint type": (LINKS + joint(kind="hinge"), r":4: joint 'j': unknown joint type 'hinge'.*revolute"),
+    "zero axis": (LINKS + joint(more='<axis xyz="0 0 0"/>'), r":4: joint 'j': the axis must not be 0 0 0"),
+    "not a number": (
+        LINKS + joint(more='<origin xyz="0 nan 0"/>'),
+        r":4: <origin> attribute 'xyz'.*'0 nan 0'",
+    ),
+    "two numbers": (LINKS + joint(more='<origin xyz="0 1"/>'), r":4: .*3 finite numbers, got '0 1'"),
+    "mimic circle": (
+        LINKS
+        + '<link name="c"/>\n'
+        + joint("j", more='<mimic joint="k"/>')
+        + joint("k", child="c", more='<mimic joint="j"/>'),
+        r":6: .*j, k, j mimic each other in a circle",
+    ),
+    "limits": (
+        LINKS + joint().replace('lower="-1"', 'lower="2"'),
+        r":4: joint 'j': the lower limit 2 exceeds the upper one, 1",
+    ),
+    "no geometry": ('<link name="a">\n<visual/></link>', r":3: <visual> has no <geometry>"),
+    "shape": (
+        '<link name="a"><visual><geometry>\n<cone radius="1"/></geometry></visual></link>',
+        r":3: unknown shape 'cone'",
+    ),
+    "zero scale": (
+        '<link name="a"><visual><geometry>\n<mesh filename="a.stl" scale="1 0 1"/></geometry></visual></link>',
+        r":3: a mesh's scale must not contain 0",
+    ),
+    "colour": (
+        '<material name="m">\n<color rgba="255 0 0 1"/></material><link name="a"/>',
+        r":3: .*between 0 and 1",
+    ),
+    "empty": ("", r":1: the robot has no links"),
+    "xacro": ('<macro name="m"/><link name="a"/>', r":1: .*xacro"),
+    "no name": ("<link/>", r":2: <link> has no attribute 'name'"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_urdf_faults_raise_with_lines(case: str) -> None:
+    body, expected = BAD[case]
+    with pytest.raises(raycam.FormatError, match=rf"(?s)^r\.urdf{expected}"):
+        read_urdf(urdf(body), "r.urdf")
+
+
+def test_other_documents_are_named() -> None:
+    with pytest.raises(raycam.FormatError, match="from_mujoco"):
+        read_urdf(b"<mujoco/>", "r.urdf")
+
+
+def test_six_joint_types_are_read() -> None:
+    kinds = ["revolute", "continuous", "prismatic", "planar", "floating", "fixed"]
+    links = "".join(f'<link name="l{number}"/>' for number in range(7))
+    joints = "".join(joint(kind, f"l{number}", f"l{number + 1}", kind) for number, kind in enumerate(kinds))
+    robot = read_urdf(urdf(links + joints), "r.urdf")
+    assert [one.type for one in robot.joints.values()] == kinds
+    assert (robot.joints["revolute"].lower, robot.joints["revolute"].upper) == (-1, 1)
+    assert np.isinf(robot.joints["continuous"].upper)
+
+
+def test_materials_come_from_the_top_or_from_another_visual() -> None:
+    shape = "<geometry><sphere radius='1'/></geometry>"
+    body = (
+        '<material name="top"><color rgba="1 0 0 1"/></material>'
+        f'<link name="a"><visual>{shape}<material name="top"/></visual>'
+        f'<visual>{shape}<material name="inner"><color rgba="0 1 0 0.5"/></material></visual>'
+        f'<visual>{shape}<material name="inner"/></visual>\n<visual>{shape}<material name="tap"/></visual></link>'
+    )
+    robot = read_urdf(urdf(body), "r.urdf")
+    colors = [visual.material.rgba for visual in robot.links["a"].visuals]
+    assert colors == [(1, 0, 0, 1), (0, 1, 0, 0.5), (0, 1, 0, 0.5), None]
+    assert len(robot.notices) == 1
+    assert "r.urdf:3" in robot.notices[0]
+    assert "'tap'" in robot.notices[0]
+
+
+def test_mimic_of_an_unknown_joint_is_set_on_its_own_with_a_notice() -> None:
+    robot = read_urdf(urdf(LINKS + joint(more='<mimic joint="k"/>')), "r.urdf")
+    assert robot.joints["j"].mimic is None
+    assert "r.urdf:4" in robot.notices[0]
+
+
+def test_mimic_of_a_floating_joint_raises() -> None:
+    body = (
+        LINKS
+        + '<link name="c"/>\n'
+        + joint("f", kind="floating")
+        + joint("j", "b", "c", more='<mimic joint="f"/>')
+    )
+    with pytest.raises(raycam.FormatError, match="floating"):
+        read_urdf(urdf(body), "r.urdf")
