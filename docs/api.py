@@ -30,7 +30,7 @@ SECTIONS: dict[str, list[str]] = {
     "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
-        *("from_trimesh", "from_open3d", "compat.pyrender", "compat.trimesh", "compat.open3d"),
+        *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),
         "compat.open3d.t.geometry.RaycastingScene",
     ],
     "Errors and notices": ["errors", "strict"],

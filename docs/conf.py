@@ -7,6 +7,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import api  # noqa: E402
+import codes  # noqa: E402
 import commands  # noqa: E402
 import figures  # noqa: E402
 import live  # noqa: E402
@@ -40,7 +41,7 @@ def generate(app: object) -> None:
     """Make what the pages include: figures, the world-file tables, the commands' help."""
     folder = HERE / "_generated"
     folder.mkdir(exist_ok=True)
-    for maker in (api, worldfile, commands, figures, live):
+    for maker in (api, worldfile, commands, codes, figures, live):
         maker.write(folder)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import json
+import pickle
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 import raycam
 from raycam import notices
 from raycam.cli import main
+from support.raises import raises
 
 
 @pytest.fixture
@@ -44,7 +46,7 @@ def line_of(words: str) -> int:
 
 def test_loading_warns_at_the_line_that_loads(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     world = raycam.load(odd_obj)  # loads
-    assert said(heard) == world.notices != []
+    assert said(heard) == [str(notice) for notice in world.notices] != []
     assert str(odd_obj) in said(heard)[0]
     assert heard[0].filename == __file__
     assert heard[0].lineno == line_of("loads")
@@ -54,7 +56,7 @@ def test_adding_warns_of_what_is_added_alone(odd_obj: Path, heard: list[warnings
     world = raycam.load(odd_obj)
     heard.clear()
     world.add_object(mesh=odd_obj, name="again")  # adds
-    assert said(heard) == world.notices[1:] != []
+    assert said(heard) == [str(notice) for notice in world.notices[1:]] != []
     assert heard[0].lineno == line_of("adds")
     heard.clear()
     world.add_object(box={})
@@ -66,22 +68,22 @@ def test_rendering_warns_once_for_one_line_and_cause(heard: list[warnings.Warnin
     world.add_object(box={})
     for _ in range(3):
         frame = raycam.render(world, samples=1)
-    assert len(frame.notices) == 1  # there are no lights
-    assert said(heard) == frame.notices
+    assert [notice.code for notice in frame.notices] == ["studio"]
+    assert said(heard) == [str(notice) for notice in frame.notices]
 
 
 def test_counts_are_no_causes(heard: list[warnings.WarningMessage]) -> None:
     for count in (3, 14, 159):
-        notices.warn(f"room.toml: {count} of 1,000 samples are clamped")
+        notices.warn(raycam.Notice(f"room.toml: {count} of 1,000 samples are clamped", "clamped_samples"))
     assert said(heard) == ["room.toml: 3 of 1,000 samples are clamped"]
     for name in ("part1.obj", "part2.obj", "a/1.obj", "a/2.obj"):
-        notices.warn(f"{name}: left out")
+        notices.warn(raycam.Notice(f"{name}: left out", "ignored_element"))
     assert len(heard) == 5, "names differ by their numbers"
 
 
 def test_other_lines_are_warned_as_well(heard: list[warnings.WarningMessage]) -> None:
-    notices.warn("left out")
-    notices.warn("left out")
+    notices.warn(raycam.Notice("left out", "ignored_element"))
+    notices.warn(raycam.Notice("left out", "ignored_element"))
     assert [item.lineno for item in heard] == [heard[0].lineno, heard[0].lineno + 1]
 
 
@@ -94,7 +96,7 @@ def test_load_cameras_warns(tmp_path: Path, time: float, heard: list[warnings.Wa
     }
     path.write_text(json.dumps({"w": 64, "h": 48, "fl_x": 50, "aabb_scale": 16, "frames": [frame]}))
     cameras = raycam.load_cameras(path)
-    assert said(heard) == list(cameras.notices)
+    assert said(heard) == [str(notice) for notice in cameras.notices]
 
 
 def test_strict_raises_and_keeps_nothing_after(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
@@ -122,10 +124,8 @@ def test_data_sets_warn_once_and_tell(
     for i in range(3):
         world.add_camera(raycam.Camera.look_at([4, i, 2], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40))
     written = raycam.dataset.write(world, tmp_path / "data", samples=1, workers=workers, threads=1)
-    assert [text for text in written.notices if "light" in text] == [
-        text for text in said(heard) if "light" in text
-    ]
-    assert sum("light" in text for text in said(heard)) == 1
+    (notice,) = (notice for notice in written.notices if notice.code == "default_lights")
+    assert said(heard).count(str(notice)) == 1
     assert {item.filename for item in heard} == {__file__}
 
 
@@ -165,3 +165,49 @@ def test_unknown_render_options_raise_with_a_hint() -> None:
     for word, way in {"size": "resized", "spp": "samples"}.items():
         with pytest.raises(raycam.SettingsError, match=way):
             raycam.render(raycam.data.spot(), **{word: 1})  # type: ignore[arg-type]
+
+
+def test_notices_about_several_parts_are_grouped() -> None:
+    one = [raycam.Notice(f"off by {i}e-7", "repaired_rotation", [f"camera {i}"]) for i in range(1, 1834)]
+    other = raycam.Notice("off by 2e-7", "implausible", ["camera 1"])
+    grouped, alone = notices.distinct([*one, other])
+    assert str(grouped) == "camera 1, camera 2, camera 3 and 1830 more: off by 1e-7"
+    assert (grouped.code, grouped.count, alone) == ("repaired_rotation", 1833, other)
+
+
+def test_cameras_of_a_file_share_one_notice(tmp_path: Path) -> None:
+    path = tmp_path / "transforms.json"
+    turn = [[1, 1e-5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    frames = [{"file_path": f"{i}.png", "transform_matrix": turn} for i in range(9)]
+    path.write_text(json.dumps({"w": 64, "h": 48, "fl_x": 50, "frames": frames}))
+    with pytest.warns(raycam.Notice):
+        cameras = raycam.load_cameras(path)
+    (notice,) = (notice for notice in cameras.notices if notice.code == "repaired_rotation")
+    assert (len(notice.subjects), notice.count) == (3, 9)
+
+
+def test_notice_survives_pickle_and_json() -> None:
+    notice = raycam.Notice("not used", "ignored_key", ["a", "b"], 7)
+    assert str(notice) == "a, b and 5 more: not used"
+    for copy in (
+        pickle.loads(pickle.dumps(notice)),
+        raycam.Notice(**json.loads(json.dumps(notice.to_json()))),
+    ):
+        assert copy == notice
+        assert (copy.code, copy.subjects, copy.count) == ("ignored_key", ("a", "b"), 7)
+    assert notice != raycam.Notice(str(notice), "missing_value")
+
+
+def test_errors_keep_their_code_when_pickled() -> None:
+    error = raycam.SettingsError("samples: 0", code="out_of_range")
+    assert pickle.loads(pickle.dumps(error)).code == "out_of_range"
+    assert raycam.SettingsError("samples: 0").code == "invalid_settings"
+
+
+def test_core_errors_have_codes(tmp_path: Path) -> None:
+    with raises(FileNotFoundError, code="file_not_found", mentions=["gone.obj"]):
+        raycam.load(tmp_path / "gone.obj")
+    with raises(FileNotFoundError, code="file_not_found", mentions=["gone.obj", "object[0].mesh"]):
+        raycam.World.from_dict({"object": [{"mesh": "gone.obj"}]}, folder=tmp_path)
+    with raises(raycam.WorldError, code="unknown_key", mentions=["colr"]):
+        raycam.World.from_dict({"object": [{"box": {}, "colr": "red"}]})

@@ -16,6 +16,7 @@ from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
 from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
+from .interop.mujoco import from_mujoco
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
@@ -77,6 +78,7 @@ __all__ = [
     "disparity",
     "explain",
     "flow",
+    "from_mujoco",
     "from_open3d",
     "from_trimesh",
     "keypoints",
@@ -113,7 +115,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("data", "dataset", "jobs", "photos", "video")
+_MODULES = ("codes", "data", "dataset", "jobs", "photos", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 

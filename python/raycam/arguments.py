@@ -57,15 +57,15 @@ def floats(
     except (TypeError, ValueError) as fault:
         if isinstance(fault, error):
             raise
-        raise error(f"{name} must be numbers {wanted}: {fault}") from None
+        raise error(f"{name} must be numbers {wanted}: {fault}", code="wrong_type") from None
     if array.dtype.kind not in "fiu" and array.size:
-        raise error(f"{name} must be numbers {wanted}, not of dtype {array.dtype}")
+        raise error(f"{name} must be numbers {wanted}, not of dtype {array.dtype}", code="wrong_type")
     for shape in shapes:
         if len(shape) == array.ndim and all(
             isinstance(want, str) or want == got for want, got in zip(shape, array.shape, strict=True)
         ):
             return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
-    raise error(f"{name} must have the shape {wanted}, not {list(array.shape)}")
+    raise error(f"{name} must have the shape {wanted}, not {list(array.shape)}", code="wrong_shape")
 
 
 def is_tensor(value: object) -> bool:
@@ -86,16 +86,18 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
     if not hasattr(value, "__array__") and hasattr(value, "__dlpack__"):
         value = _from_dlpack(name, value, error)
     elif getattr(value, "requires_grad", False):
-        raise error(f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()")
+        raise error(
+            f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()", code="wrong_type"
+        )
     elif (place := _device_of(value)) is not None:
-        raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()")
+        raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()", code="wrong_type")
     refuse_mask(name, value, error)
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as fault:
-        raise error(f"{name} must be numbers: {fault}") from None
+        raise error(f"{name} must be numbers: {fault}", code="wrong_type") from None
     if array.dtype.kind not in "fiu" and array.size:
-        raise error(f"{name} must be numbers, not of dtype {array.dtype}")
+        raise error(f"{name} must be numbers, not of dtype {array.dtype}", code="wrong_type")
     return array
 
 
@@ -104,7 +106,8 @@ def refuse_mask(name: str, value: object, error: type[Error] = SettingsError) ->
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = np.count_nonzero(value.mask)
         raise error(
-            f"{name} has {count} masked values: leave these rows out, or fill them ({name}.filled(...))"
+            f"{name} has {count} masked values: leave these rows out, or fill them ({name}.filled(...))",
+            code="wrong_type",
         )
 
 
@@ -124,12 +127,13 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
         raise error(
-            f"{name} is on the device type {int(kind)} of DLPack: raycam works on the CPU, copy it there"
+            f"{name} is on the device type {int(kind)} of DLPack: raycam works on the CPU, copy it there",
+            code="wrong_type",
         )
     try:
         return np.from_dlpack(value)  # type: ignore[arg-type]
     except (BufferError, RuntimeError, TypeError) as fault:
-        raise error(f"{name} must be numbers in the memory of the CPU: {fault}") from None
+        raise error(f"{name} must be numbers in the memory of the CPU: {fault}", code="wrong_type") from None
 
 
 def triples(name: str, value: object) -> npt.NDArray[Any]:
@@ -137,7 +141,8 @@ def triples(name: str, value: object) -> npt.NDArray[Any]:
     array = numbers(name, value)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise SettingsError(
-            f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
+            f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}",
+            code="wrong_shape",
         )
     return array
 
@@ -153,7 +158,8 @@ def paired(
     except ValueError:
         shapes = [f"{name} {list(array.shape)}" for name, array in (first, second)]
         raise SettingsError(
-            f"{shapes[0]} and {shapes[1]} must have the same shape, or shapes that broadcast"
+            f"{shapes[0]} and {shapes[1]} must have the same shape, or shapes that broadcast",
+            code="wrong_shape",
         ) from None
     return left, right
 
@@ -177,7 +183,8 @@ def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
         spread = np.broadcast_to(array, shape)
     except ValueError:
         raise SettingsError(
-            f"{name} must be a number or broadcast to the shape {list(shape)}, not {list(array.shape)}"
+            f"{name} must be a number or broadcast to the shape {list(shape)}, not {list(array.shape)}",
+            code="wrong_shape",
         ) from None
     return np.ascontiguousarray(spread, dtype=np.float64).reshape(-1)
 
@@ -211,9 +218,9 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
             raise TypeError
         number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise error(f"{name} must be a whole number, not {value!r}") from None
+        raise error(f"{name} must be a whole number, not {value!r}", code="wrong_type") from None
     if not low <= number <= high:
-        raise error(f"{name} is {number}, expected {low} to {high}")
+        raise error(f"{name} is {number}, expected {low} to {high}", code="out_of_range")
     return number
 
 
@@ -224,7 +231,7 @@ def several(name: str, values: object, what: str, *, error: type[Error] = Settin
             raise TypeError
         return list(values)  # type: ignore[call-overload, no-any-return]
     except TypeError:
-        raise error(f"{name} must be several {what}, not {values!r}") from None
+        raise error(f"{name} must be several {what}, not {values!r}", code="wrong_type") from None
 
 
 def wholes(
@@ -239,7 +246,7 @@ def wholes(
     """Returns `values` as `count` ints (None: any number) from `low` to `high`; raises `error` with the name."""
     found = several(name, values, "whole numbers", error=error)
     if count is not None and len(found) != count:
-        raise error(f"{name} must be {count} whole numbers, not {values!r}")
+        raise error(f"{name} must be {count} whole numbers, not {values!r}", code="wrong_shape")
     return [whole(name, value, low, high, error=error) for value in found]
 
 
@@ -261,33 +268,33 @@ def real(
             raise TypeError
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        raise error(f"{name} must be {what}, not {value!r}") from None
+        raise error(f"{name} must be {what}, not {value!r}", code="wrong_type") from None
     if math.isfinite(number) and low <= number <= high:
         return number
     limits = {(False, False): "finite", (True, False): f"{low:g} or more", (False, True): f"{high:g} or less"}
     wanted = limits.get((math.isfinite(low), math.isfinite(high)), f"{low:g} to {high:g}")
-    raise error(f"{name} is {number}, expected {what}, {wanted}")
+    raise error(f"{name} is {number}, expected {what}, {wanted}", code="out_of_range")
 
 
 def flag(name: str, value: object, *, error: type[Error] = SettingsError) -> bool:
     """Returns `value` as a bool; raises `error` with the name for anything but True and False."""
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    raise error(f"{name} must be True or False, not {value!r}")
+    raise error(f"{name} must be True or False, not {value!r}", code="wrong_type")
 
 
 def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str:
     """Returns `value` as a str; raises `error` with the name for what is none."""
     if isinstance(value, str):
         return value
-    raise error(f"{name} must be a text, not {value!r}")
+    raise error(f"{name} must be a text, not {value!r}", code="wrong_type")
 
 
 def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error] = SettingsError) -> str:
     """Returns `given` if it is one of the words; raises `error` with the nearest."""
     if isinstance(given, str) and given in valid:
         return given
-    raise error(nearest(name, given, list(valid)))
+    raise error(nearest(name, given, list(valid)), code="unknown_name")
 
 
 def words(name: str, given: object, valid: Iterable[str], *, error: type[Error] = SettingsError) -> list[str]:
@@ -308,6 +315,6 @@ def size_of(
     try:
         width, height = value
     except (TypeError, ValueError):
-        raise error(f"size must be (width, height) in pixels, not {value!r}") from None
+        raise error(f"size must be (width, height) in pixels, not {value!r}", code="wrong_type") from None
     limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)

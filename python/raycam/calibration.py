@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +11,7 @@ from . import _core
 from .arguments import size_of, word
 from .camera import Camera
 from .camera._arguments import Model, Size, Up
-from .errors import CameraError, FormatError, SettingsError, nearest
+from .errors import CameraError, FormatError, Notice, SettingsError, nearest
 from .io.atomic_files import write
 from .io.html_form import html_table
 from .notices import warn_all
@@ -34,7 +34,7 @@ class Cameras(Mapping[str, Camera]):
     def __init__(
         self,
         records: list[_core.Record],
-        notices: list[str],
+        notices: Sequence[Notice],
         up: Up,
         path: str,
         size: tuple[int, int] | None = None,
@@ -45,7 +45,9 @@ class Cameras(Mapping[str, Camera]):
         if len(self._records) != len(records):
             names = [record.name for record in records]
             twice = next(name for name in names if names.count(name) > 1)
-            raise FormatError(f"two cameras are called {twice!r}; expected names of their own")
+            raise FormatError(
+                f"two cameras are called {twice!r}; expected names of their own", code="duplicate_name"
+            )
         self._up = up
         self._made: dict[str, Camera] = {}
         self.notices = tuple(notices)
@@ -60,7 +62,7 @@ class Cameras(Mapping[str, Camera]):
             try:
                 made = self._records[name].camera()
             except CameraError as fault:
-                raise CameraError(f"{self._path}: {fault}") from None
+                raise CameraError(f"{self._path}: {fault}", code=fault.code) from None
             self._made[name] = self._sized(name, Camera._of(made, self._up))
         return self._made[name]
 
@@ -72,7 +74,8 @@ class Cameras(Mapping[str, Camera]):
         if abs(new_width * height / (width * new_height) - 1.0) > 0.01:
             raise CameraError(
                 f"{self._path}: camera {name!r} has {width} x {height} pixels, and size {new_width} x {new_height} "
-                "would stretch its picture: give a size of the same aspect, or none and cropped()"
+                "would stretch its picture: give a size of the same aspect, or none and cropped()",
+                code="conflicting_values",
             )
         return camera.resized(self._size)
 
@@ -133,7 +136,7 @@ class Cameras(Mapping[str, Camera]):
     def find(self, name: str) -> Camera:
         """The camera of this name; raises `CameraError` with the nearest known name."""
         if name not in self._records:
-            raise CameraError(nearest("camera", name, list(self._records)))
+            raise CameraError(nearest("camera", name, list(self._records)), code="unknown_name")
         return self[name]
 
 
@@ -200,23 +203,33 @@ def load_cameras(
     `OSError`.
     """
     if not isinstance(path, str | os.PathLike):
-        raise SettingsError(f"path must be the path of a calibration, not {type(path).__name__}")
+        raise SettingsError(
+            f"path must be the path of a calibration, not {type(path).__name__}", code="wrong_type"
+        )
     pair = None if size is None else size_of(size, error=CameraError)
     if not isinstance(intrinsics, Camera | None):
-        raise SettingsError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
+        raise SettingsError(
+            f"intrinsics must be a Camera, not {type(intrinsics).__name__}", code="wrong_type"
+        )
     core = None if intrinsics is None else intrinsics._core
-    convention = None
-    if direction is not None or axes is not None:
-        if direction not in (None, "world_from_camera", "camera_from_world"):
-            raise CameraError(
-                f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"'
-            )
-        if axes not in (None, "opencv", "opengl"):
-            raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"')
-        convention = (direction != "camera_from_world", axes == "opengl")
+    convention = _pose_convention(direction, axes)
     records, notices = _core.read_cameras(os.fspath(path), format, pair, core, model, convention)
     warn_all(notices)
     return Cameras(records, notices, up, os.fspath(path), pair)
+
+
+def _pose_convention(direction: str | None, axes: str | None) -> tuple[bool, bool] | None:
+    """Whether poses are world_from_camera, and in OpenGL's axes; None if the arguments state neither."""
+    if direction is None and axes is None:
+        return None
+    if direction not in (None, "world_from_camera", "camera_from_world"):
+        raise CameraError(
+            f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"',
+            code="invalid_value",
+        )
+    if axes not in (None, "opencv", "opengl"):
+        raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"', code="invalid_value")
+    return direction != "camera_from_world", axes == "opengl"
 
 
 def save_cameras(
@@ -226,7 +239,7 @@ def save_cameras(
     *,
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
-) -> list[str]:
+) -> list[Notice]:
     """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
 
     `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP takes a rig at many poses, each a frame with
@@ -241,7 +254,8 @@ def save_cameras(
     """
     if not isinstance(cameras, Camera | Mapping):
         raise SettingsError(
-            f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"
+            f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}",
+            code="wrong_type",
         )
     images, times = dict(images or {}), dict(times or {})
     if isinstance(cameras, Cameras) and cameras._size is not None:
@@ -265,7 +279,9 @@ def save_cameras(
             continue
         item = given[name]
         if not isinstance(item, Camera | Rig):
-            raise SettingsError(f"cameras[{name!r}] must be a Camera or a Rig, not {type(item).__name__}")
+            raise SettingsError(
+                f"cameras[{name!r}] must be a Camera or a Rig, not {type(item).__name__}", code="wrong_type"
+            )
         if isinstance(item, Rig):
             for own, camera in item.items():
                 add(f"{name}/{own}", camera, (item._core, name, own))

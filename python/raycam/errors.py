@@ -6,6 +6,9 @@ everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 __all__ = [
     "CameraError",
     "Cancelled",
@@ -16,39 +19,115 @@ __all__ = [
     "SettingsError",
     "WorldError",
     "nearest",
+    "with_code",
 ]
 
 
 class Error(Exception):
-    """Base class of the errors that raycam raises itself."""
+    """Base class of the errors that raycam raises itself.
+
+    `code` is the kind of error as a short name; `raycam.codes.ERRORS` lists the cause and the remedy of each. Programs
+    decide by the class and the code; messages may change.
+    """
+
+    code = "internal"
+
+    def __init__(self, *args: object, code: str | None = None) -> None:
+        super().__init__(*args)
+        if code is not None:
+            self.code = code
 
 
 class Notice(UserWarning):
-    """The category of what raycam has to say without stopping; the filters of `warnings` apply."""
+    """A notice: what was assumed, changed or left out without stopping. The filters of `warnings` apply.
+
+    `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists cause and remedy of each. Programs
+    decide by it; messages may change. `subjects` are up to three parts that the notice is about, of `count` in total
+    (none if the message names them). `str(notice)` is the whole text.
+    """
+
+    def __init__(
+        self, message: str, code: str, subjects: Iterable[str] = (), count: int | None = None
+    ) -> None:
+        self.code = code
+        self.message = message
+        self.subjects = tuple(subjects)
+        self.count = len(self.subjects) if count is None else count
+        more = self.count - len(self.subjects)
+        others = f" and {more} more" if more > 0 else ""
+        super().__init__(f"{', '.join(self.subjects)}{others}: {message}" if self.subjects else message)
+
+    def in_context(self, place: str) -> Notice:
+        """The same notice with `place` and a colon in front of its subjects, or else of its message."""
+        if not self.subjects:
+            return Notice(f"{place}: {self.message}", self.code)
+        first, *others = self.subjects
+        return Notice(self.message, self.code, [f"{place}: {first}", *others], self.count)
+
+    def to_json(self) -> dict[str, Any]:
+        """The notice as JSON values, which are the arguments of `Notice`."""
+        return {
+            "message": self.message,
+            "code": self.code,
+            "subjects": list(self.subjects),
+            "count": self.count,
+        }
+
+    def __reduce__(self) -> tuple[type[Notice], tuple[str, str, tuple[str, ...], int]]:
+        """Pickles the arguments."""
+        return Notice, (self.message, self.code, self.subjects, self.count)
+
+    def __eq__(self, other: object) -> bool:
+        """True for a notice with the same code and text."""
+        if not isinstance(other, Notice):
+            return NotImplemented
+        return (self.code, str(self)) == (other.code, str(other))
+
+    def __hash__(self) -> int:
+        """Equal notices have equal hashes."""
+        return hash((self.code, str(self)))
 
 
 class Cancelled(Error):
-    """A call that `Cancel.cancel` has ended."""
+    """A call was cancelled with `Cancel.cancel`."""
+
+    code = "cancelled"
 
 
 class WorldError(Error, ValueError):
     """An invalid world: its geometry, colours, materials or lights, or their description in a file or dict."""
 
+    code = "invalid_world"
+
 
 class CameraError(Error, ValueError):
     """An invalid camera."""
+
+    code = "invalid_camera"
 
 
 class FormatError(Error, ValueError):
     """A malformed file, one that exceeds the budget, or one of an unknown format."""
 
+    code = "syntax"
+
 
 class JobError(Error, RuntimeError):
     """A job that cannot continue, or that has failed frames."""
 
+    code = "invalid_job"
+
 
 class SettingsError(Error, ValueError):
     """Invalid settings or arrays."""
+
+    code = "invalid_settings"
+
+
+def with_code(error: OSError) -> OSError:
+    """The error of a file with its `code`, "file_not_found" or "file_unreadable"."""
+    vars(error)["code"] = "file_not_found" if isinstance(error, FileNotFoundError) else "file_unreadable"
+    return error
 
 
 def nearest(what: str, given: object, valid: list[str]) -> str:

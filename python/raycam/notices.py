@@ -1,4 +1,4 @@
-"""Notices as warnings: what raycam has to say without stopping reaches the line that asked for it."""
+"""Notices as warnings at the caller's line, grouped by cause."""
 
 from __future__ import annotations
 
@@ -14,19 +14,21 @@ from .errors import Notice
 
 __all__ = ["collected", "distinct", "strict", "warn", "warn_all"]
 
-_COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
+_COLLECTED: ContextVar[list[Notice] | None] = ContextVar("collected", default=None)
+MAX_SUBJECTS = 3
+"""Subjects that a group of notices lists; further ones are counted."""
 _NUMBER = re.compile(r"(?<![\w.,:/\\-])\d[\d.,]*(?:e[+-]?\d+)?(?![\w/\\-])")
 """A number that stands as a word of its own: a count, not a part of a name."""
 
 
 @contextmanager
 def strict() -> Iterator[None]:
-    """Context in which notices are errors: a `raycam.Notice` is raised where it would have been warned.
+    """Context in which notices are errors: a `raycam.Notice` is raised instead of warned.
 
         with raycam.strict():
             world = raycam.load("room.toml")  # raises raycam.Notice if anything was left out or assumed
 
-    It sets the filters of `warnings`, so it is for the whole process while it lasts, like `warnings.catch_warnings`.
+    It sets the filters of `warnings`, which apply to the whole process, like `warnings.catch_warnings`.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
@@ -34,9 +36,9 @@ def strict() -> Iterator[None]:
 
 
 @contextmanager
-def collected() -> Iterator[list[str]]:
-    """Context in which notices are not warned but added to the list that it yields, to be passed on."""
-    found: list[str] = []
+def collected() -> Iterator[list[Notice]]:
+    """Context in which notices are added to the list that it yields instead of being warned."""
+    found: list[Notice] = []
     token = _COLLECTED.set(found)
     try:
         yield found
@@ -44,17 +46,17 @@ def collected() -> Iterator[list[str]]:
         _COLLECTED.reset(token)
 
 
-def warn_all(notices: Iterable[str]) -> None:
-    """Warns of each distinct notice."""
+def warn_all(notices: Iterable[Notice]) -> None:
+    """Warns of each group of notices."""
     for notice in distinct(notices):
         warn(notice)
 
 
-def warn(notice: str) -> None:
+def warn(notice: Notice) -> None:
     """Warns of a notice, at the line outside of raycam that led here, once for each cause and line.
 
-    Two notices have the same cause if they differ in counts alone. The filters of `warnings` decide, as for any
-    warning: shown once, always, never, or raised.
+    Two notices have the same cause if they have the same code and differ in counts alone. The filters of `warnings`
+    decide, as for any warning: shown once, always, never, or raised.
     """
     found = _COLLECTED.get()
     if found is not None:
@@ -63,7 +65,7 @@ def warn(notice: str) -> None:
     frame = _asking_frame()
     registry = frame.f_globals.setdefault("__warningregistry__", {})
     line = frame.f_lineno
-    key, mark = (notice, Notice, line), ("raycam", cause(notice), line)
+    key, mark = (str(notice), Notice, line), ("raycam", notice.code, cause(str(notice)), line)
     if registry.get(mark):
         registry[key] = 1  # warnings forgets both when the filters change
     warnings.warn_explicit(
@@ -78,17 +80,30 @@ def warn(notice: str) -> None:
         registry[mark] = 1
 
 
-def distinct(notices: Iterable[str]) -> list[str]:
-    """The first notice of each cause, in order."""
-    found: dict[str, str] = {}
+def distinct(notices: Iterable[Notice]) -> list[Notice]:
+    """The notices, grouped by code and by message without its counts, in order of their first.
+
+    A group has the first message, the first three subjects and the number of all.
+    """
+    groups: dict[tuple[str, str, bool], list[Notice]] = {}
     for notice in notices:
-        found.setdefault(cause(notice), notice)
-    return list(found.values())
+        group = groups.setdefault((notice.code, cause(notice.message), bool(notice.subjects)), [])
+        if notice not in group:
+            group.append(notice)
+    return [_merged(group) for group in groups.values()]
 
 
-def cause(notice: str) -> str:
-    """The notice without its counts."""
-    return _NUMBER.sub("#", notice)
+def _merged(group: list[Notice]) -> Notice:
+    first = group[0]
+    if len(group) == 1 or not first.subjects:
+        return first
+    subjects = [subject for notice in group for subject in notice.subjects]
+    return Notice(first.message, first.code, subjects[:MAX_SUBJECTS], sum(notice.count for notice in group))
+
+
+def cause(text: str) -> str:
+    """The text without its counts."""
+    return _NUMBER.sub("#", text)
 
 
 def _asking_frame() -> FrameType:

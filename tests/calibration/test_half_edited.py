@@ -79,9 +79,9 @@ def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
     }
     shot = {"camera": "a", "rotation": [0, 0, 0], "translation": [0, 0, 0]}
     text = json.dumps([{"cameras": {"a": model | {"k2_prior": 0.0}}, "shots": {"1.jpg": shot}}])
-    with pytest.warns(raycam.Notice, match="k1_old .* is not read"):
+    with pytest.warns(raycam.Notice, match="k1_old"):
         cameras = raycam.load_cameras(written(tmp_path, "reconstruction.json", text))
-    assert not any("prior" in notice for notice in cameras.notices)
+    assert not any("prior" in str(notice) for notice in cameras.notices)
 
 
 def test_a_row_of_euroc_that_is_cut_off_is_an_error(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_baseline_is_no_pair(tmp_path: Path) -> None:
     keys = {**focals("Camera"), **coefficients("Camera", **TERMS), "Camera.bf": 45.85}
     cameras = raycam.load_cameras(write(tmp_path / "a.yaml", keys), size=(752, 480))
     assert len(cameras) == 1
-    assert "0.1" in " ".join(cameras.notices)
+    assert "0.1" in " ".join(map(str, cameras.notices))
 
 
 def test_kannala_brandt_is_a_fisheye(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def test_scannet(tmp_path: Path) -> None:
         cameras = raycam.load_cameras(folder)
         assert list(cameras) == [str(i) for i in range(11)]  # 2 before 10
         check_all(cameras, 11)
-        told = " ".join(cameras.notices)
+        told = " ".join(map(str, cameras.notices))
         assert "1 lost frames" in told
         assert "world_from_camera" in told
         assert "intrinsic_depth.txt has another K" in told
@@ -86,7 +86,7 @@ def test_matrices_in_one_file(tmp_path: Path, kind: str) -> None:
     check_all(cameras, 4)
     if kind == "index":
         assert list(cameras) == ["1", "4", "7", "10"]
-    assert sum("neither direction nor axes" in notice for notice in cameras.notices) == 1
+    assert sum("neither direction nor axes" in str(notice) for notice in cameras.notices) == 1
 
 
 @pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
@@ -110,7 +110,7 @@ def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
     file.write_text(lines([np.linalg.inv(world_from_camera(i)) for i in range(3)]))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 3)
-    assert "camera_from_world by the file's name" in cameras.notices[0]
+    assert "camera_from_world by the file's name" in str(cameras.notices[0])
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_kitti360(tmp_path: Path) -> None:
     check_all(cameras, 3)
     assert list(cameras) == ["0", "5", "10"]
     alone = raycam.load_cameras(tmp_path / "poses.txt", intrinsics=EYE)
-    assert any("axes" in notice and "mount" in notice for notice in alone.notices)
+    assert any("axes" in str(notice) and "mount" in str(notice) for notice in alone.notices)
     (tmp_path / "calib_cam_to_pose.txt").write_text(
         "image_00: " + " ".join(repr(float(v)) for v in mount[:3].ravel()) + "\n"
     )
@@ -221,7 +221,7 @@ def test_the_nodes_of_open3ds_pose_graph(tmp_path: Path) -> None:
     file.write_text(json.dumps(pose_graph(3), indent="\t"))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 3)
-    assert any("edges are not read" in notice for notice in cameras.notices)
+    assert any("edges are not read" in str(notice) for notice in cameras.notices)
     graph = pose_graph(2)
     graph["nodes"][1]["pose"] = world_from_camera(1).ravel().tolist()
     file.write_text(json.dumps(graph))
@@ -253,7 +253,7 @@ def test_arkitscenes(tmp_path: Path) -> None:
     assert list(cameras) == ["4711_100.500", "4711_100.600", "4711_100.700"]
     for i, camera in enumerate(cameras.values()):
         check(camera, intrinsics(520.5, 518.25, 321.0, 242.5 + i), *pose(i))
-    assert "1 poses without a .pincam" in cameras.notices[0]
+    assert "1 poses without a .pincam" in str(cameras.notices[0])
     assert list(raycam.load_cameras(tmp_path)) == list(cameras)
     check_all(raycam.load_cameras(tmp_path / "lowres_wide.traj", intrinsics=EYE), 4)
 
@@ -284,14 +284,14 @@ def test_euroc(tmp_path: Path, columns: int, ending: str) -> None:
     )
     eye = next(iter(raycam.load_cameras(sensor).values()))
     cameras = raycam.load_cameras(file, intrinsics=eye)
-    assert any("T_BS" in notice for notice in cameras.notices)
+    assert any("T_BS" in str(notice) for notice in cameras.notices)
     for i, camera in enumerate(cameras.values()):
         found = world_from_camera(i) @ mount
         check(camera, K, found[:3, :3].T, found[:3, 3])
     assert cameras.times["1403636580838555648"] == pytest.approx(1403636580.838555648, abs=3e-7)
     plain = raycam.load_cameras(file, intrinsics=EYE)
     check_all(plain, 3)
-    assert any("axes" in notice and "mount" in notice for notice in plain.notices)
+    assert any("axes" in str(notice) and "mount" in str(notice) for notice in plain.notices)
 
 
 def test_positions_alone_are_no_poses(tmp_path: Path) -> None:
@@ -351,8 +351,8 @@ def test_matrices_in_json(tmp_path: Path, name: str, document: Any) -> None:
     check_all(cameras, 4)
     named = "000000.png" in json.dumps(document)
     assert list(cameras) == (list(NAMED) if named else [f"{i:06d}" for i in range(4)])
-    assert sum("neither direction nor axes" in notice for notice in cameras.notices) == 1
-    assert any("fps" in notice for notice in cameras.notices) == ("fps" in document)
+    assert sum("neither direction nor axes" in str(notice) for notice in cameras.notices) == 1
+    assert any("fps" in str(notice) for notice in cameras.notices) == ("fps" in document)
 
 
 def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
@@ -370,7 +370,7 @@ def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
     file.write_text(json.dumps([first.tolist(), (second * np.nan).tolist()]))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     check_all(cameras, 1)
-    assert any("1 poses" in notice for notice in cameras.notices)
+    assert any("1 poses" in str(notice) for notice in cameras.notices)
 
 
 def test_the_upper_rows_of_poses(tmp_path: Path) -> None:
@@ -388,7 +388,7 @@ def test_poses_in_npz(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", poses=np.array(list(NAMED.values())), focal=500.0)
     cameras = raycam.load_cameras(tmp_path / "a.npz", intrinsics=EYE)
     check_all(cameras, 4)
-    assert any("focal" in notice for notice in cameras.notices)
+    assert any("focal" in str(notice) for notice in cameras.notices)
 
 
 @pytest.mark.parametrize("inner", ["", "pose", "poses"])
@@ -420,7 +420,7 @@ def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
         np.savez(tmp_path / f"{i}.npz", w2c=np.linalg.inv(world_from_camera(i)))
     cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
     check_all(cameras, 3)
-    assert any("camera_from_world by the file's name" in notice for notice in cameras.notices)
+    assert any("camera_from_world by the file's name" in str(notice) for notice in cameras.notices)
     np.savez(tmp_path / "2.npz", c2w=world_from_camera(2))
     with pytest.raises(FormatError, match=r"2\.npz.*\"c2w\".*expected the same"):
         raycam.load_cameras(tmp_path, intrinsics=EYE)
@@ -428,7 +428,9 @@ def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"2\.npz.*no poses.*w2c \[3, 3\]"):
         raycam.load_cameras(tmp_path, intrinsics=EYE)
     np.savez(tmp_path / "2.npz", w2c=np.full((4, 4), -np.inf))
-    assert any("1 lost frames" in notice for notice in raycam.load_cameras(tmp_path, intrinsics=EYE).notices)
+    assert any(
+        "1 lost frames" in str(notice) for notice in raycam.load_cameras(tmp_path, intrinsics=EYE).notices
+    )
 
 
 def test_poses_of_any_archive(tmp_path: Path) -> None:
@@ -445,7 +447,7 @@ def test_poses_of_any_archive(tmp_path: Path) -> None:
     cameras = raycam.load_cameras(file, intrinsics=EYE)
     assert len(cameras) == 5200
     check(cameras["005199"], K, *pose(3))
-    assert any("depth" in notice for notice in cameras.notices)
+    assert any("depth" in str(notice) for notice in cameras.notices)
     np.savez(file, poses=stack, w2c=stack)
     with pytest.raises(FormatError, match="poses under poses and w2c: which"):
         raycam.load_cameras(file, intrinsics=EYE)

@@ -153,7 +153,7 @@ def test_waymo(tmp_path: Path, shape: str) -> None:
     table: dict[str, Any] = {key: [row]}
     (tmp_path / "a.json").write_text(json.dumps({"context": table} if shape == "context" else table))
     cameras = raycam.load_cameras(tmp_path / "a.json")
-    assert any("rolling shutter of 1" in notice for notice in cameras.notices)
+    assert any("rolling shutter of 1" in str(notice) for notice in cameras.notices)
     points = np.random.default_rng(1).uniform([-1, -1, 2], [1, 1, 5], (20, 3))
     expected = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, np.array(lens))[0][:, 0]
     np.testing.assert_allclose(cameras["FRONT"].project(points @ R + C)[0], expected, atol=1e-8)

@@ -140,7 +140,7 @@ def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
     assert pool.slots() == 2  # one always
     pool.close()
-    assert pool.notices == ["1 of 8 workers were started: the memory that is left would not hold more"]
+    assert [notice.code for notice in pool.notices] == ["unusable_worker"]
 
 
 def test_closing_ends_everything_at_once(tmp_path: Path) -> None:

@@ -101,4 +101,4 @@ def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
     document.node(mesh=document.square(name="red"))
     NOTICED[code](document)
     world = load(document, tmp_path)
-    assert any(f"({code})" in notice for notice in world.notices), world.notices
+    assert any(f"({code})" in str(notice) for notice in world.notices), world.notices

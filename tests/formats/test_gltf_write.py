@@ -231,7 +231,7 @@ def test_materials_are_what_they_were(tmp_path: Path, name: str) -> None:
     json, _ = parse((tmp_path / "once.glb").read_bytes())
     assert plainly(json["materials"][0]) == plainly(given)
     assert not notices
-    assert not [notice for notice in world.notices if "images" not in notice]
+    assert not [notice for notice in world.notices if "images" not in str(notice)]
     if name.startswith("KHR"):
         assert name in json["extensionsUsed"]
 
@@ -280,7 +280,7 @@ def test_a_world_built_by_hand(tmp_path: Path) -> None:
         "Phong",
         "categ",
     ):
-        assert any(word in notice for notice in notices), word
+        assert any(word in str(notice) for notice in notices), word
     again = raycam.load(tmp_path / "written.glb")
     assert again.up == "y"
     turned = world.triangles() @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]).T
@@ -387,7 +387,7 @@ def test_animations_are_written(tmp_path: Path) -> None:
     assert values(json, binary, skin["inverseBindMatrices"]).shape == (2, 4, 4)
     # A moment is written as it stands.
     notices = first.at(1.0).to_gltf(tmp_path / "moment.glb")
-    assert any("a moment of an animation" in notice for notice in notices)
+    assert any("a moment of an animation" in str(notice) for notice in notices)
     moment = raycam.load(tmp_path / "moment.glb")
     assert not moment.animations
     np.testing.assert_allclose(moment.triangles(), first.at(1.0).triangles(), atol=1e-6)
@@ -485,4 +485,4 @@ def test_what_glb_cannot_hold_is_told(
     told, before = other.to_gltf(tmp_path / "a.glb"), plain.to_gltf(tmp_path / "b.glb")
     added = [notice for notice in told if notice not in before]
     assert len(added) == 1, told
-    assert re.search(words, added[0]), added
+    assert re.search(words, str(added[0])), added

@@ -90,7 +90,7 @@ def test_a_scene_of_trimesh() -> None:
     np.testing.assert_allclose(matrices["first"], turn, atol=1e-12)
     np.testing.assert_allclose(matrices["second"], turn @ np.diag([-1.0, 2, 3, 1]), atol=1e-12)
     assert world.counts["meshes"] == 1
-    assert any("cloud: a PointCloud has no surface" in notice for notice in world.notices)
+    assert any("cloud: a PointCloud has no surface" in str(notice) for notice in world.notices)
     camera = world.cameras["camera"]
     np.testing.assert_allclose(camera.C, turn[:3, 3], atol=1e-9)
     ray = turn[:3, :3] @ [0, 0, -1]

@@ -138,7 +138,7 @@ def test_a_scaled_photograph_is_resampled_and_another_shape_refused(tmp_path: Pa
     large = smooth((256, 192))
     Image.fromarray(large).save(tmp_path / "large.png")
     frame = raycam.render(world(), lens().with_background(tmp_path / "large.png"), samples=1)
-    assert any("resampled" in notice for notice in frame.notices)
+    assert any(notice.code == "resampled_background" for notice in frame.notices)
     clear = raycam.render(world(), lens(), samples=1, transparent_background=True)["alpha"] == 0
     means = large.reshape(48, 4, 64, 4, 3).mean(axis=(1, 3))
     assert np.abs(frame.to_srgb8() - means)[clear].max() <= 1.01
@@ -157,8 +157,8 @@ def test_what_is_beside_the_photograph_is_counted() -> None:
     narrow = camera.pinhole().cropped(10, 8, 40, 30)
     background = raycam.Background(noise((40, 30)), camera=narrow)
     frame = raycam.render(world(), camera, background=background, samples=1)
-    said = next(notice for notice in frame.notices if "beside the photograph" in notice)
-    count = int(said.split(": ")[1].split(" ")[0])
+    said = next(notice for notice in frame.notices if notice.code == "uncovered_background")
+    count = int(str(said).split(": ")[1].split(" ")[0])
     table = camera.pixel_map(narrow)
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)

@@ -63,14 +63,14 @@ def fireflies(world: raycam.World, **options: Any) -> list[str]:
     chosen: dict[str, Any] = {"integrator": "path", "samples": 256, "max_depth": 6} | options
     with collected():
         frame = raycam.render(world, CAMERA, **chosen)
-    return [notice for notice in frame.notices if notice.startswith("fireflies")]
+    return [notice for notice in frame.notices if notice.code == "fireflies"]
 
 
 @pytest.mark.parametrize("lamp", ["area 1", "point 1", "the object 'spark'"])
 def test_notice_names_the_light_and_the_object(lamp: str) -> None:
     world = room(lamp, MIRROR)
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
-    ways = notice.split(": ", 2)[2].split(". ")[0].split("; ")
+    ways = str(notice).split(": ", 2)[2].split(". ")[0].split("; ")
     # The rarest are counted alone.
     named = [way for way in ways if not way.startswith("other ways")]
     assert named

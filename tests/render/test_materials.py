@@ -98,9 +98,9 @@ def test_noise_and_time_end_a_picture() -> None:
     camera = raycam.Camera.look_at([0, -5, 2], [0, 0, 0], size=(32, 24))
     frame = raycam.render(world, camera, integrator="path", noise_threshold=0.02, channels=["color", "error"])
     assert (frame["error"] <= 0.02).mean() > 0.99
-    assert any("noise_threshold = 0.02" in notice for notice in frame.notices)
+    assert any("noise_threshold = 0.02" in str(notice) for notice in frame.notices)
     timed = raycam.render(world, camera, integrator="path", time_limit=0.2, channels="color")
-    samples = int(timed.notices[0].split()[0])
+    samples = int(str(timed.notices[0]).split()[0])
     again = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
     assert (timed["color"] == again["color"]).all()
 

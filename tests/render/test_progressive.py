@@ -80,7 +80,7 @@ def test_the_notice_of_clamp_is_that_of_render(camera: raycam.Camera, integrator
         frame = raycam.render(world, camera, integrator=integrator, clamp=0.05, samples=picture.samples)
         notices = picture.frame().notices
         assert notices == picture.frame().notices == frame.notices
-        counts |= {int(notice.split()[0]) for notice in notices if "clamp" in notice}
+        counts |= {int(str(notice).split()[0]) for notice in notices if "clamp" in str(notice)}
     assert len(counts) == 5
 
 
@@ -107,7 +107,7 @@ def test_the_notice_of_clamp_is_that_of_its_samples_with_a_time_limit(
 ) -> None:
     options: dict[str, Any] = {"integrator": "path", "clamp": 0.05, "channels": "color"}
     first, *notices = raycam.render(world, camera, time_limit=time_limit, **options).notices
-    again = raycam.render(world, camera, samples=int(first.split()[0]), **options)
+    again = raycam.render(world, camera, samples=int(str(first).split()[0]), **options)
     assert notices == again.notices
 
 

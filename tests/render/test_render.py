@@ -156,7 +156,7 @@ def test_a_world_without_lights_gets_a_sky_and_says_so() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, color=[0.5, 0.5, 0.5])
     frame = raycam.render(world, camera(), samples=4)
-    assert any("no lights" in notice for notice in frame.notices)
+    assert any(notice.code == "default_lights" for notice in frame.notices)
     assert frame["color"].min() > 0
     flat = raycam.render(world, camera(), integrator="flat", samples=1)
     assert not flat.notices

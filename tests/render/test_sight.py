@@ -21,7 +21,7 @@ def lit_world(**keys: Any) -> raycam.World:
 
 
 def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) -> str:
-    return "\n".join(raycam.render(world, camera, samples=4, **options).notices)
+    return "\n".join(map(str, raycam.render(world, camera, samples=4, **options).notices))
 
 
 @pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])
@@ -79,8 +79,8 @@ def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
     world.add_light("sky", radiance=0.5 * 2.0**power)
     camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
     notice = said(world, camera)
-    assert notice.startswith("100 %")
-    stops = float(notice.split("exposure=")[1].split()[0])
+    assert str(notice).startswith("100 %")
+    stops = float(str(notice).split("exposure=")[1].split()[0])
     shown = raycam.render(world, camera, samples=4, exposure=stops)
     assert not shown.notices
     assert 60 < np.median(shown.to_srgb8()) < 250

@@ -150,7 +150,7 @@ keyframe = [
 def test_kalibr_has_the_rig_without_its_place(tmp_path: Path) -> None:
     rig = pair()
     notices = raycam.save_cameras(tmp_path / "chain.yaml", rig, "kalibr")
-    assert any("place in the world" in notice for notice in notices)
+    assert any("place in the world" in str(notice) for notice in notices)
     (read,) = raycam.load_cameras(tmp_path / "chain.yaml").rigs.values()
     for (name, mount), other in zip(rig.mounts.items(), read.mounts.values(), strict=True):
         np.testing.assert_allclose(other.R, mount.R, atol=1e-12, err_msg=name)
@@ -212,11 +212,11 @@ def test_what_no_calibration_holds_is_said(tmp_path: Path) -> None:
     for format in sorted(set(WRITTEN_FORMATS) - single):
         options = {"times": {"a": 1.0, "b": 2.0}} if format in ("tum", "euroc") else {}
         notices = raycam.save_cameras(tmp_path / format, {"a": blurred, "b": moving}, format, **options)
-        text = "\n".join(notices)
+        text = "\n".join(map(str, notices))
         assert "'a': its aperture and vignetting" in text.replace('"', "'"), format
         assert "'b': its shutter is" in text.replace('"', "'"), format
     said = raycam.save_cameras(tmp_path / "t.json", raycam.Rig.stereo(ahead(), 0.1), "nerf")
-    assert any("rig" in notice for notice in said)
+    assert any("rig" in str(notice) for notice in said)
 
 
 def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it() -> None:

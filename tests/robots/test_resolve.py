@@ -56,7 +56,7 @@ def test_other_case_is_found_with_a_notice(tree: Path) -> None:
     files = resolver(tree)
     assert files.find("package://one/Meshes/a B.STL") == tree / "ws/one/meshes/A b.stl"
     assert len(files.notices) == 1
-    assert "A b.stl" in files.notices[0]
+    assert "A b.stl" in str(files.notices[0])
 
 
 def test_packages_are_searched_in_given_folders(tree: Path) -> None:

@@ -111,14 +111,14 @@ def test_materials_come_from_the_top_or_from_another_visual() -> None:
     colors = [visual.material.rgba for visual in robot.links["a"].visuals]
     assert colors == [(1, 0, 0, 1), (0, 1, 0, 0.5), (0, 1, 0, 0.5), None]
     assert len(robot.notices) == 1
-    assert "r.urdf:3" in robot.notices[0]
-    assert "'tap'" in robot.notices[0]
+    assert "r.urdf:3" in str(robot.notices[0])
+    assert "'tap'" in str(robot.notices[0])
 
 
 def test_mimic_of_an_unknown_joint_is_set_on_its_own_with_a_notice() -> None:
     robot = read_urdf(urdf(LINKS + joint(more='<mimic joint="k"/>')), "r.urdf")
     assert robot.joints["j"].mimic is None
-    assert "r.urdf:4" in robot.notices[0]
+    assert "r.urdf:4" in str(robot.notices[0])
 
 
 def test_mimic_of_a_floating_joint_raises() -> None:

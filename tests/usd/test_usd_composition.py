@@ -39,7 +39,7 @@ def test_composition_errors_are_notices_with_file_and_prim(tmp_path: Path, arc: 
     square(made, "/world/shown")
     ARCS[arc](made.DefinePrim("/world/odd", "Xform"))
     made.Save()
-    errors = [text for code, text in read_notices(tmp_path / "a.usda") if code == "composition_error"]
+    errors = [text for code, text in read_notices(tmp_path / "a.usda") if code == "invalid_file"]
     assert len(errors) == 1
     assert errors[0].startswith("prim /world/odd: ")
     file = "b.usda" if arc in ("reference", "no default prim", "payload") else "a.usda"
@@ -75,10 +75,12 @@ def test_other_units_and_axes_of_a_layer_are_notices(tmp_path: Path, arc: str) -
             "b.usda"
         )
     made.Save()
-    found = dict(read_notices(tmp_path / "a.usda"))
-    assert found.keys() == {"layer_unit", "layer_up_axis"}
-    assert "b.usda" in found["layer_unit"]
-    assert "0.01" in found["layer_unit"].rpartition("multiply")[2]
+    found = read_notices(tmp_path / "a.usda")
+    assert [code for code, _ in found] == ["assumed_convention"] * 2
+    unit, axis = (text for _, text in found)
+    assert "b.usda" in unit
+    assert "0.01" in unit.rpartition("multiply")[2]
+    assert "b.usda" in axis
     np.testing.assert_allclose(np.ptp(raycam.load(tmp_path / "a.usda").bounds, axis=0), [2, 2, 0])
 
 
@@ -152,7 +154,7 @@ def test_variants_are_listed(tmp_path: Path) -> None:
     with pytest.raises(raycam.WorldError, match=r"load\(path, variant='shape=Sphere'\)"):
         world.with_variant("shape=Sphere")
     codes = [code for code, _ in read_notices(tmp_path / "a.usda")]
-    assert codes == ["variants_available"]
+    assert codes == ["first_only"]
     sphere = raycam.load(tmp_path / "a.usda", variant="Sphere")
     assert sphere.variants == ["shape=Cube", "shape=Sphere", "size=large", "size=small"]
 

@@ -77,9 +77,9 @@ def test_a_layer_that_cannot_be_opened_is_left_out(tmp_path: Path, arc: str, ass
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
     assert names(world) == ["shown"]
-    (notice,) = (notice for notice in world.notices if f"layer {asset!r}" in notice)
-    assert notice.startswith(f"{tmp_path / 'a.usda'}: layer a.usda: ")
-    assert reason in notice
+    (notice,) = (notice for notice in world.notices if f"layer {asset!r}" in str(notice))
+    assert str(notice).startswith(f"{tmp_path / 'a.usda'}: layer a.usda: ")
+    assert reason in str(notice)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_folder_allows_more_layers(tmp_path: Path, arc: str, how: str) -> None
     made.Save()
     world = raycam.load(tmp_path / "scenes" / "a.usda")
     assert names(world) == ["shown"]
-    said = "\n".join(world.notices)
+    said = "\n".join(map(str, world.notices))
     assert f"folder={str(tmp_path)!r}" in said
     assert ("symbolic link to" in said) == (how == "link")
     whole = raycam.load(tmp_path / "scenes" / "a.usda", folder=tmp_path)
@@ -151,7 +151,7 @@ def test_the_named_file_may_be_a_link(tmp_path: Path) -> None:
     world = raycam.load(snapshot / "a.usda")
     assert len(world.objects) == 1
     (notice,) = world.notices
-    assert f"it is a symbolic link to {tmp_path / 'cache' / 'blobs' / '1'}" in notice
+    assert f"it is a symbolic link to {tmp_path / 'cache' / 'blobs' / '1'}" in str(notice)
     whole = raycam.load(snapshot / "a.usda", folder=tmp_path / "cache")
     assert not whole.notices
     np.testing.assert_allclose(whole.triangle_colors(), [[0, 0, 1]] * 2)
@@ -269,14 +269,14 @@ def test_usd_as_an_object_of_a_world(tmp_path: Path) -> None:
     assert (thing.name, thing.category) == ("a", "model")
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
-    assert any("no lights and cameras" in notice and "1 " in notice for notice in world.notices)
+    assert any("no lights and cameras" in str(notice) and "1 " in str(notice) for notice in world.notices)
     # In a world with another axis up it stands upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
     points = alone.triangles().reshape(-1, 3)
     expected = np.unique(points[:, [0, 2, 1]] * [1, -1, 1] + [1, 0, 0], axis=0)
     np.testing.assert_allclose(np.unique(turned.triangles().reshape(-1, 3), axis=0), expected, atol=1e-6)
-    assert any("upright=False" in notice for notice in turned.notices)
+    assert any("upright=False" in str(notice) for notice in turned.notices)
     lying = raycam.World("z")
     lying.add_object(mesh=str(tmp_path / "a.usda"), upright=False)
     np.testing.assert_allclose(corners(lying), corners(alone), atol=1e-6)

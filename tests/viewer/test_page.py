@@ -132,7 +132,7 @@ def test_half_rounds_the_color_alone_and_says_so(frame: raycam.Frame) -> None:
     found = planes(text)
     assert found["a-color"].tobytes() == frame["color"].astype(np.float16).tobytes()
     assert found["a-depth"].tobytes() == frame["depth"].tobytes()
-    assert any("float16" in notice for notice in document(text)["notices"])
+    assert any("float16" in str(notice) for notice in document(text)["notices"])
 
 
 def test_more_arrays_are_planes(frame: raycam.Frame) -> None:

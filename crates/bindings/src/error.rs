@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyMemoryError, PyOSError};
 use pyo3::prelude::*;
 use raycam_formats::{FormatError, broken_link};
 use raycam_render::RenderError;
-use raycam_scene::SceneError;
+use raycam_scene::{ErrorCode, Message, SceneError};
 
 mod python {
     pyo3::import_exception!(raycam.errors, Cancelled);
@@ -20,14 +20,23 @@ mod python {
     pyo3::import_exception!(raycam.errors, SettingsError);
 }
 
+/// The exception with a code.
+fn with_code(error: PyErr, code: ErrorCode) -> PyErr {
+    Python::attach(|py| match error.value(py).setattr("code", code.name()) {
+        Ok(()) => error,
+        Err(failure) => failure,
+    })
+}
+
 /// `raycam.Error`.
 pub(crate) fn raycam_error(message: String) -> PyErr {
-    python::Error::new_err(message)
+    with_code(python::Error::new_err(message), ErrorCode::Internal)
 }
 
 /// `raycam.SettingsError`.
-pub(crate) fn settings_error(message: String) -> PyErr {
-    python::SettingsError::new_err(message)
+pub(crate) fn settings_error(message: impl Into<Message>) -> PyErr {
+    let message = message.into();
+    with_code(python::SettingsError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidSettings))
 }
 
 /// A `raycam.WorldError` as a `raycam.SettingsError`: the error of a value that is an argument of a call, not a part of a
@@ -40,23 +49,31 @@ pub(crate) fn as_settings_error(py: Python<'_>, error: PyErr) -> PyErr {
 }
 
 /// `raycam.CameraError`.
-pub(crate) fn camera_error(message: String) -> PyErr {
-    python::CameraError::new_err(message)
+pub(crate) fn camera_error(message: impl Into<Message>) -> PyErr {
+    let message = message.into();
+    with_code(python::CameraError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidCamera))
 }
 
 /// `raycam.WorldError`.
-pub(crate) fn world_error(message: String) -> PyErr {
-    python::WorldError::new_err(message)
+pub(crate) fn world_error(message: impl Into<Message>) -> PyErr {
+    let message = message.into();
+    with_code(python::WorldError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidWorld))
+}
+
+/// `raycam.FormatError`.
+fn format_error(error: &FormatError) -> PyErr {
+    with_code(python::FormatError::new_err(error.to_string()), error.code())
 }
 
 /// A scene error; `place` (a file name and a colon, or nothing) goes in front of its message.
 fn scene_error(error: &SceneError, place: &str) -> PyErr {
+    let message = error.code().message(format!("{place}{error}"));
     match error {
-        SceneError::Camera(message) => camera_error(format!("{place}{message}")),
-        SceneError::World(message) => world_error(format!("{place}{message}")),
-        SceneError::Schema { path, message, .. } if path.is_empty() => world_error(format!("{place}{message}")),
-        SceneError::Schema { .. } => world_error(format!("{place}{error}")),
-        SceneError::Storage { path, number, message } => storage_error(path, *number, message),
+        SceneError::Camera(_) => camera_error(message),
+        SceneError::World(_) | SceneError::Schema { .. } => world_error(message),
+        SceneError::Storage { path, number, message } => {
+            with_code(storage_error(path, *number, message), ErrorCode::Storage)
+        }
     }
 }
 
@@ -87,14 +104,14 @@ impl IntoPyErr for SceneError {
 impl IntoPyErr for FormatError {
     fn into_py_err(self) -> PyErr {
         match self {
-            FormatError::Io { path, source } => io_error(&path, &source, ""),
+            FormatError::Io { ref path, ref source } => with_code(io_error(path, source, ""), self.code()),
             FormatError::Scene { path, source } => {
                 let place = path.map(|path| format!("{}: ", path.display())).unwrap_or_default();
                 scene_error(&source, &place)
             }
-            FormatError::Schema { .. } => world_error(self.to_string()),
-            FormatError::Named { .. } => named_error(&self),
-            _ => python::FormatError::new_err(self.to_string()),
+            FormatError::Schema { .. } => world_error(self.code().message(self.to_string())),
+            FormatError::Named { .. } => with_code(named_error(&self), self.code()),
+            _ => format_error(&self),
         }
     }
 }
@@ -103,7 +120,7 @@ impl IntoPyErr for FormatError {
 fn named_error(error: &FormatError) -> PyErr {
     let message = error.to_string();
     let FormatError::Named { place, key, source } = error else {
-        return python::FormatError::new_err(message);
+        return format_error(error);
     };
     match &**source {
         FormatError::Io { path, source } => {
@@ -112,7 +129,7 @@ fn named_error(error: &FormatError) -> PyErr {
         }
         FormatError::Scene { source, .. } if matches!(source, SceneError::Storage { .. }) => scene_error(source, ""),
         FormatError::Scene { .. } => world_error(message),
-        _ => python::FormatError::new_err(message),
+        _ => format_error(error),
     }
 }
 
@@ -141,14 +158,15 @@ fn io_error(path: &Path, error: &io::Error, where_named: &str) -> PyErr {
 
 impl IntoPyErr for RenderError {
     fn into_py_err(self) -> PyErr {
-        let message = self.to_string();
+        let code = self.code();
+        let message = code.message(self.to_string());
         match self {
             RenderError::Settings(_) | RenderError::TooLarge { .. } => settings_error(message),
             RenderError::World(_) | RenderError::Build { .. } => world_error(message),
-            RenderError::Threads { .. } => PyOSError::new_err(message),
+            RenderError::Threads { .. } => with_code(PyOSError::new_err(message.to_string()), code),
             RenderError::Textures(error) => error.into_py_err(),
-            RenderError::OutOfMemory { .. } => PyMemoryError::new_err(message),
-            RenderError::Cancelled => python::Cancelled::new_err(message),
+            RenderError::OutOfMemory { .. } => with_code(PyMemoryError::new_err(message.to_string()), code),
+            RenderError::Cancelled => with_code(python::Cancelled::new_err(message.to_string()), code),
         }
     }
 }
@@ -178,8 +196,5 @@ pub(crate) fn from_panic(payload: &(dyn Any + Send)) -> PyErr {
         .map(|text| (*text).to_owned())
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
-    if text.contains("memory allocation") || text.contains("capacity overflow") {
-        return PyMemoryError::new_err(text);
-    }
     raycam_error(format!("internal error, a bug in raycam: {text}"))
 }

@@ -9,6 +9,7 @@ mod camera;
 mod cancel;
 mod error;
 mod interruptible;
+mod notice;
 mod py_value;
 mod queries;
 mod render;
@@ -30,6 +31,8 @@ mod core {
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_coefficients, lens_models};
     #[pymodule_export]
     use crate::cancel::Cancel;
+    #[pymodule_export]
+    use crate::notice::codes;
     #[pymodule_export]
     use crate::queries::points::{
         world_closest_points, world_distance, world_inside, world_signed_distance, world_topology, world_visible,

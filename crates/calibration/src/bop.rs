@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::devices::aria::camera_model;
 use crate::document::Cursor;
@@ -71,9 +71,15 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         }
         calibration.records.push(record);
     }
-    calibration.notices = unread.iter().map(|(key, count)| format!("{key} of {count} images is not read")).collect();
+    calibration.notices = unread
+        .iter()
+        .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} images"), "not used"))
+        .collect();
     if measured > 0 {
-        calibration.note(format!("the file has no sizes: {measured} cameras have those of their pictures"));
+        calibration.note(
+            NoticeCode::UsedOtherFile,
+            format!("the file has no sizes: {measured} cameras have those of their pictures"),
+        );
     }
     Ok(calibration)
 }
@@ -98,7 +104,10 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         let id = match record.name.parse::<u32>() {
             Ok(id) if id.to_string() == record.name => id.to_string(),
             _ => {
-                notices.push(format!("camera {:?} is image {i} in {format}", record.name));
+                notices.push(Notice::new(
+                    NoticeCode::Renamed,
+                    format!("camera {:?} is image {i} in {format}", record.name),
+                ));
                 i.to_string()
             }
         };
@@ -114,14 +123,14 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         let _ = write!(text, ", \"depth_scale\": {}}}", yaml_float(record.depth_scale.unwrap_or(1.0)));
     }
     text += "\n}\n";
-    notices.push(format!("{format} has no picture sizes; they are not written"));
+    notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} has no picture sizes; they are not written")));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
 fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
-        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

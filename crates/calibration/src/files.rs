@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::LensModel;
+use raycam_scene::{LensModel, Notice, NoticeCode};
 
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
@@ -13,27 +13,30 @@ pub struct Calibration {
     /// The cameras, in the order of the file.
     pub records: Vec<CameraRecord>,
     /// Notices: what was left out or repaired.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
     /// True if the file has the poses of a body, and its reader has said what became of the mount.
     pub poses_of_body: bool,
     /// True if the reader has used the caller's direction and axes.
     pub(crate) used_convention: bool,
 }
 
-/// A count with up to three names: `camera "a"`, `4 cameras ("a", "b", "c" ...)`.
-pub(crate) fn counted<'a>(noun: &str, names: impl ExactSizeIterator<Item = &'a str>) -> String {
-    let count = names.len();
-    let shown: Vec<String> = names.take(3).map(|name| format!("{name:?}")).collect();
-    match count {
-        1 => format!("{noun} {}", shown[0]),
-        2 | 3 => format!("{count} {noun}s ({})", shown.join(", ")),
-        _ => format!("{count} {noun}s ({} ...)", shown.join(", ")),
-    }
+/// A notice about cameras of these names.
+pub(crate) fn about_cameras<'a>(
+    code: NoticeCode,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    message: impl Into<String>,
+) -> Notice {
+    Notice::about_all(code, names.map(|name| format!("camera {name:?}")), message)
 }
 
 impl Calibration {
-    pub(crate) fn note(&mut self, notice: impl Into<String>) {
-        self.notices.push(notice.into());
+    pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
+        self.notices.push(Notice::new(code, message));
+    }
+
+    /// Adds a notice about one part, such as a key or a camera; those with the same message are grouped at the end.
+    pub(crate) fn note_about(&mut self, code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) {
+        self.notices.push(Notice::about(code, subject, message));
     }
 }
 
@@ -65,7 +68,7 @@ pub struct OutputFiles {
     /// Names relative to the path of the calibration (empty for that path itself), and bytes.
     pub files: Vec<(String, Vec<u8>)>,
     /// Notices: what the format holds in another way, or not at all.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
 }
 
 impl OutputFiles {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
 use raycam_formats::{Budget, FormatError, Result};
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::calibration_tools::{anipose, basalt, camodocal, kalibr, mrcal};
 use crate::datasets::{
@@ -12,7 +13,7 @@ use crate::datasets::{
 };
 use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::{unread, yaml, zip_members};
-use crate::files::counted;
+use crate::files::about_cameras;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -157,7 +158,7 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
-        FormatError::Encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
+        FormatError::encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
     })
 }
 
@@ -254,7 +255,10 @@ fn read_only_file(
             let (source, format, mut inside) = found.remove(0);
             let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
-            calibration.note(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            calibration.note(
+                NoticeCode::AssumedConvention,
+                format!("{name} is the only calibration of the folder, and opened as {}", format.name),
+            );
             Ok(calibration)
         }
         several if is_set_of_cameras(several.iter().map(|(source, ..)| source)) => {
@@ -315,16 +319,15 @@ fn read_single_cameras(
             }
             all.records.push(record);
         }
-        all.notices.extend(calibration.notices.into_iter().map(|notice| format!("{stem}: {notice}")));
+        all.notices.extend(calibration.notices.into_iter().map(|notice| notice.in_context(&stem)));
         all.used_convention |= calibration.used_convention;
     }
     let placed = all.records.iter().filter(|record| record.pose.is_some()).count();
     if placed < all.records.len() {
         let missing = all.records.iter().filter(|record| record.pose.is_none());
         let names: Vec<&str> = missing.map(|record| record.name.as_str()).collect();
-        let notice =
-            format!("the pose of {} is missing in its file: it is at the origin", counted("camera", names.into_iter()));
-        all.note(notice);
+        let message = "the pose is missing in the file: the camera is at the origin";
+        all.notices.push(about_cameras(NoticeCode::MissingValue, names.into_iter(), message));
     }
     finish(all, format, &folder.path, known)
 }
@@ -368,7 +371,8 @@ fn decode_in(
     let calibration = (format.read)(&source, assets, known);
     calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
         FormatError::Syntax { path, location, message } if !named => {
-            FormatError::Syntax { path, location, message: format!("{message} (read as {})", format.name) }
+            let text = format!("{message} (read as {})", format.name);
+            FormatError::Syntax { path, location, message: message.with_text(text) }
         }
         error => error,
     })
@@ -404,7 +408,7 @@ fn unknown_file(source: &InputFile) -> FormatError {
 }
 
 /// Gives the size that all others have to cameras with K whose picture is not there, and returns the notice of it.
-fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> {
+fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> {
     let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
     let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
     if records.iter().any(|record| !lacks(record) && record.size != Some(size)) {
@@ -416,20 +420,19 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> 
         lent += 1;
     }
     (lent > 0).then(|| {
-        format!(
+        let message = format!(
             "{lent} cameras whose size is not known have that of the others, {} x {} (size= says another)",
             size[0], size[1]
-        )
+        );
+        Notice::new(NoticeCode::AssumedConvention, message)
     })
 }
 
 /// The notice of cameras, by name, whose matrix differs from a rotation by a number.
-fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<String> {
+fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
     let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
-    Some(format!(
-        "R of {} differs from a rotation by up to {most:.1e}; the nearest rotation is used",
-        counted("camera", repaired.iter().map(|(name, _)| name.as_str()))
-    ))
+    let message = format!("R differs from a rotation by up to {most:.1e}; the nearest rotation is used");
+    Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
 }
 
 /// Fills in what a file leaves open, and checks its cameras.
@@ -440,7 +443,7 @@ fn finish(
     known: &ReadHints,
 ) -> Result<Calibration> {
     if calibration.records.is_empty() {
-        let said = calibration.notices.join("; ");
+        let said = calibration.notices.iter().map(Notice::to_string).collect::<Vec<_>>().join("; ");
         let said = if said.is_empty() { said } else { format!(" ({said})") };
         return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
     }
@@ -456,6 +459,7 @@ fn finish(
         && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
     {
         calibration.note(
+            NoticeCode::IgnoredKey,
             "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
              T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
         );
@@ -468,6 +472,7 @@ fn finish(
     }
     calibration.notices.extend(notice_of_repairs(&repaired));
     calibration.notices.extend(plausibility::check_cameras(&calibration.records, path)?);
+    calibration.notices = Notice::group(calibration.notices);
     Ok(calibration)
 }
 
@@ -478,27 +483,30 @@ fn finish(
 pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
     let format = format_named(format)?;
     if records.is_empty() {
-        return Err(FormatError::Encode("no camera to write".into()));
+        return Err(FormatError::encode("no camera to write"));
     }
     let Some(write) = format.write else {
         let known = written_formats().collect::<Vec<_>>().join(", ");
-        return Err(FormatError::Encode(format!("{} is read and not written; written are {known}", format.name)));
+        return Err(FormatError::encode(format!("{} is read and not written; written are {known}", format.name)));
     };
     let mut written = write(records, path)?;
     for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
-        written.notices.push(format!(
+        written.notices.push(Notice::new(NoticeCode::NotWritten, format!(
             "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
             record.name,
             match record.unsupported[..] {
                 [one] => format!("{one} is"),
                 _ => format!("{} are", record.unsupported.join(" and ")),
             }
-        ));
+        )));
     }
     if !format.supports_rigs && records.iter().any(|record| record.mount.is_some()) {
-        written.notices.push(format!(
-            "{} does not say which cameras stand on a rig; they are where they stand in the world",
-            format.name
+        written.notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!(
+                "{} does not say which cameras stand on a rig; they are where they stand in the world",
+                format.name
+            ),
         ));
     }
     Ok(written)

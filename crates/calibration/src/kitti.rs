@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows34};
 use crate::document::number_lines::{data_lines, looks_like, numbers};
@@ -64,7 +64,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             let m: [f64; 12] = numbers(path, line, values)?;
             // The object development kit leaves matrices of cameras that are not there at 0.
             if m == [0.0; 12] {
-                calibration.note(format!("{key} (line {line}) is 0 and left out"));
+                calibration.note_about(
+                    NoticeCode::IgnoredElement,
+                    format!("{key} (line {line})"),
+                    "left out, since it is 0",
+                );
                 continue;
             }
             let mut record = CameraRecord::new(key, PixelCenter::Integer);
@@ -74,7 +78,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             }
             calibration.records.push(record);
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
-            calibration.note(format!("{key} (line {line}) is no camera and not read"));
+            calibration.note_about(
+                NoticeCode::IgnoredElement,
+                format!("{key} (line {line})"),
+                "not a camera, not read",
+            );
         }
     }
     // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.
@@ -104,7 +112,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
 
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     if records.len() > 10 {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
             records.len()
         )));
@@ -140,10 +148,13 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         };
         text += &format!("P{i}: {}\n", joined(matrix.as_flattened(), " "));
         if record.name != format!("P{i}") {
-            notices.push(format!("camera {:?} is called P{i} in a KITTI calibration", record.name));
+            notices.push(Notice::new(
+                NoticeCode::Renamed,
+                format!("camera {:?} is called P{i} in a KITTI calibration", record.name),
+            ));
         }
     }
-    notices.push("a KITTI calibration has no picture sizes; they are not written".into());
+    notices.push(Notice::new(NoticeCode::NotWritten, "a KITTI calibration has no picture sizes; they are not written"));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
@@ -165,7 +176,10 @@ pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFi
         text += &format!("{}\n", joined(matrix_rows34(r.matrix(), c).as_flattened(), " "));
     }
     Ok(OutputFiles {
-        notices: vec!["KITTI poses hold poses alone; names, sizes, K and lens are not written".into()],
+        notices: vec![Notice::new(
+            NoticeCode::NotWritten,
+            "KITTI poses hold poses alone; names, sizes, K and lens are not written",
+        )],
         ..OutputFiles::one(text)
     })
 }

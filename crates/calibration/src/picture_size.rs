@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use raycam_formats::io::AssetRoot;
+use raycam_scene::{Notice, NoticeCode};
 
 /// Bytes in which the header of a picture is searched: as a rule the first, else all, because thumbnails and colour
 /// profiles may stand before it.
@@ -58,13 +59,15 @@ impl PictureSizes {
     }
 
     /// The notices of where the sizes are from.
-    pub(crate) fn notices(&self) -> impl Iterator<Item = String> {
+    pub(crate) fn notices(&self) -> impl Iterator<Item = Notice> {
         let own = format!("the file has no sizes: {} cameras have those of their pictures", self.measured);
         let lent = format!(
             "{} cameras whose picture is not there have the size of the first picture that is (size= says another)",
             self.lent
         );
-        [(self.measured, own), (self.lent, lent)].into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text)
+        let sources =
+            [(self.measured, NoticeCode::UsedOtherFile, own), (self.lent, NoticeCode::AssumedConvention, lent)];
+        sources.into_iter().filter(|(count, ..)| *count > 0).map(|(_, code, text)| Notice::new(code, text))
     }
 }
 

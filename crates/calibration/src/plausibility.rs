@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec2};
-use raycam_scene::Lens;
+use raycam_scene::{Lens, Notice, NoticeCode};
 
 use crate::CameraRecord;
-use crate::files::counted;
+use crate::files::about_cameras;
 use raycam_formats::{FormatError, Result};
 
 /// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.
@@ -20,7 +20,7 @@ const GRID: u32 = 12;
 ///
 /// # Errors
 /// [`FormatError::Syntax`] for K in units of the picture's size.
-pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>> {
+pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<Notice>> {
     let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut short = Vec::new();
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
@@ -75,52 +75,45 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
     Ok(notices.into_iter().flatten().collect())
 }
 
-fn notice_of_short(found: &[(&str, f64)]) -> Option<String> {
+fn notice_of_short(found: &[(&str, f64)]) -> Option<Notice> {
     let (_, focal) = found.first()?;
-    Some(format!(
-        "the focal length of {} is only {focal:.6} pixels; expected about the size of the image: is K in other units, or \
-         missing?",
-        counted("camera", found.iter().map(|(name, _)| *name))
-    ))
+    let message = format!(
+        "a focal length of only {focal:.6} pixels; expected about the size of the image: is K in other units, or missing?"
+    );
+    Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(name, _)| *name), message))
 }
 
-fn notice_of_outside(found: &[(&CameraRecord, f64, f64)]) -> Option<String> {
+fn notice_of_outside(found: &[(&CameraRecord, f64, f64)]) -> Option<Notice> {
     let (record, cx, cy) = found.first()?;
     let [width, height] = record.size.unwrap_or_default();
-    Some(format!(
-        "the principal point of {} is outside of the image: cx {cx:.6}, cy {cy:.6} in {width} x {height}",
-        counted("camera", found.iter().map(|(record, ..)| record.name.as_str()))
-    ))
+    let message = format!("the principal point is outside of the image: cx {cx:.6}, cy {cy:.6} in {width} x {height}");
+    Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, ..)| record.name.as_str()), message))
 }
 
-fn notice_of_resolution(found: &[(&CameraRecord, f64, [u32; 2])]) -> Option<String> {
+fn notice_of_resolution(found: &[(&CameraRecord, f64, [u32; 2])]) -> Option<Notice> {
     let (_, ratio, [width, height]) = found.first()?;
-    Some(format!(
-        "K of {} seems to belong to another resolution: its principal point is in the middle of {:.0} x {:.0}, but the \
-         images are {width} x {height}; if so, give the size that K belongs to, and resize the camera (resized())",
-        counted("camera", found.iter().map(|(record, ..)| record.name.as_str())),
+    let message = format!(
+        "K seems to belong to another resolution: the principal point is in the middle of {:.0} x {:.0}, but the image \
+         has {width} x {height}; if so, give the size that K belongs to, and resize the camera (resized())",
         f64::from(*width) * ratio,
         f64::from(*height) * ratio
-    ))
+    );
+    Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, ..)| record.name.as_str()), message))
 }
 
-fn notice_of_turned(found: &[(&CameraRecord, [u32; 2])]) -> Option<String> {
+fn notice_of_turned(found: &[(&CameraRecord, [u32; 2])]) -> Option<Notice> {
     let (_, [width, height]) = found.first()?;
-    Some(format!(
-        "K of {} seems to belong to the image rotated by 90 degrees: its principal point is in the middle of {height} x \
-         {width}, but the images are {width} x {height}; if so, exchange the width and the height, or fx and fy, cx and cy",
-        counted("camera", found.iter().map(|(record, _)| record.name.as_str()))
-    ))
+    let message = format!(
+        "K seems to belong to the image rotated by 90 degrees: the principal point is in the middle of {height} x \
+         {width}, but the image has {width} x {height}; if so, exchange the width and the height, or fx and fy, cx and cy"
+    );
+    Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
 }
 
-fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<String> {
-    let (record, share) = found.first()?;
-    Some(format!(
-        "most pixels of {} have no ray ({:.0} % of camera {:?}): the lens does not fit K and the size",
-        counted("camera", found.iter().map(|(record, _)| record.name.as_str())),
-        100.0 * share,
-        record.name
-    ))
+fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
+    let (_, share) = found.first()?;
+    let message = format!("most pixels ({:.0} %) have no ray: the lens does not fit K and the size", 100.0 * share);
+    Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
 }
 
 /// True if the focal length in pixels is too short for a camera: fewer than 8 pixels, unless the image is as small, or, for

@@ -96,7 +96,7 @@ impl CameraRecord {
 
     pub(crate) fn require_size(&self, what: &str) -> Result<[u32; 2]> {
         self.size.ok_or_else(|| {
-            FormatError::Encode(format!(
+            FormatError::encode(format!(
                 "camera {:?}: its file does not say how large its picture is, which {what} needs: give it (--size \
                  WIDTHxHEIGHT, size=(width, height)), or where there are poses alone a calibration (--intrinsics FILE, \
                  intrinsics=, a camera)",
@@ -110,7 +110,7 @@ impl CameraRecord {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
-            (None, None) => Err(FormatError::Encode(format!(
+            (None, None) => Err(FormatError::encode(format!(
                 "camera {:?}: its file has a pose and no intrinsics, which {what} needs: give intrinsics=, a camera \
                  (--intrinsics FILE)",
                 self.name
@@ -152,7 +152,7 @@ impl CameraRecord {
 
     /// The error of a property that a format does not hold.
     pub(crate) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
-        FormatError::Encode(format!("camera {:?}: {format} cannot hold {what}", self.name))
+        FormatError::encode(format!("camera {:?}: {format} cannot hold {what}", self.name))
     }
 
     /// Refuses a record with a lens.

@@ -3,6 +3,7 @@
 use crate::rig_mount::RigMount;
 use crate::{CameraRecord, Pose};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::{Notice, NoticeCode};
 
 /// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
@@ -32,19 +33,22 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
 ///
 /// # Errors
 /// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
-pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<String>) -> Result<Vec<Pose>> {
+pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<Notice>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
     let first = mounts[0];
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",
             first.rig, first.frame, other.rig, other.frame
         )));
     }
     if !first.body.is_identity() {
-        notices.push(format!("{format} holds a rig without its place in the world, which is not written"));
+        notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!("{format} holds a rig without its place in the world, which is not written"),
+        ));
     }
     Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())
 }

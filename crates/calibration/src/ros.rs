@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::document::{Cursor, DocumentNode, check_rotation, ini, yaml};
@@ -120,14 +120,12 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
         }
         record.pose = Some(Pose::from_r_c(r.transpose(), DVec3::new(-p[3] / p[0], -p[7] / p[5], 0.0)));
         calibration.records.push(record);
-        for notice in found.notices {
-            if !notice.starts_with("rectification_matrix") && !calibration.notices.contains(&notice) {
-                calibration.note(notice);
-            }
-        }
+        let others = found.notices.into_iter().filter(|notice| notice.code != NoticeCode::RectifiedValues);
+        calibration.notices.extend(others);
     }
     one_rig(&mut calibration.records, "rig");
     calibration.note(
+        NoticeCode::PlacedCameras,
         "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)",
     );
     Ok(calibration)
@@ -180,9 +178,12 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     let full = size;
     crop_and_bin(root, &mut k, &mut size)?;
     if size != full {
-        notices.push(format!(
-            "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",
-            size[0], size[1], full[0], full[1]
+        notices.push(Notice::new(
+            NoticeCode::AssumedConvention,
+            format!(
+                "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",
+                size[0], size[1], full[0], full[1]
+            ),
         ));
     }
     (record.k, record.size) = (Some(k), Some(size));
@@ -190,11 +191,11 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     let plain = [k.x_axis.x, k.y_axis.x, k.z_axis.x, 0.0, 0.0, k.y_axis.y, k.z_axis.y, 0.0, 0.0, 0.0, 1.0, 0.0];
     let p = root.any(&["projection_matrix", "P", "p"]).map_or(Ok(plain), |at| at.array::<12>())?;
     if size == full && (p != plain || r != DMat3::IDENTITY) {
-        notices.push(
+        notices.push(Notice::new(
+            NoticeCode::RectifiedValues,
             "rectification_matrix and projection_matrix are those of the rectified picture; the camera is that of the \
-             raw one (camera_matrix and distortion_coefficients)"
-                .into(),
-        );
+             raw one (camera_matrix and distortion_coefficients)",
+        ));
     }
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }
@@ -225,7 +226,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
 
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let [record] = records else {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "ROS CameraInfo holds one camera, {} given: write each into a file of its own",
             records.len()
         )));
@@ -265,12 +266,15 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut written = OutputFiles::one(text);
     let (r, c) = record.r_c();
     if (r, c) != (DMat3::IDENTITY, DVec3::ZERO) {
-        written.notices.push(format!(
-            "camera {:?}: ROS CameraInfo has no pose; the one at {} {} {} is not written",
-            record.name,
-            yaml_float(c.x),
-            yaml_float(c.y),
-            yaml_float(c.z)
+        written.notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!(
+                "camera {:?}: ROS CameraInfo has no pose; the one at {} {} {} is not written",
+                record.name,
+                yaml_float(c.x),
+                yaml_float(c.y),
+                yaml_float(c.z)
+            ),
         ));
     }
     Ok(written)

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use raycam_scene::{FileRef, Image, Light, Texture, TextureCache, World};
 
 use crate::budget::Budget;
-use crate::error::{FormatError, Location, Result};
+use crate::error::{FormatError, Result};
 use crate::image::decode_image;
 use raycam_scene::ColorUse;
 
@@ -32,14 +32,14 @@ pub fn write(world: &World) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     // A vector that grows ends the process when memory runs out.
     bytes.try_reserve_exact(count.0).map_err(|_| {
-        FormatError::Encode(format!("this world cannot be written: it needs {} bytes of memory", count.0))
+        FormatError::encode(format!("this world cannot be written: it needs {} bytes of memory", count.0))
     })?;
     serialize(&world, &mut bytes)?;
     Ok(bytes)
 }
 
 fn serialize(world: &World, mut to: impl Write) -> Result<()> {
-    let failed = |error: &dyn std::fmt::Display| FormatError::Encode(format!("this world cannot be written: {error}"));
+    let failed = |error: &dyn std::fmt::Display| FormatError::encode(format!("this world cannot be written: {error}"));
     writeln!(to, "{MAGIC}{VERSION}").map_err(|error| failed(&error))?;
     // By name, since some fields are left out where they say nothing.
     let mut writer = rmp_serde::Serializer::new(to).with_struct_map();
@@ -100,20 +100,16 @@ fn decode_images(world: &mut World, path: &Path, budget: &mut Budget) -> Result<
 /// # Errors
 /// [`FormatError`]: more bytes than the budget allows, no world of this version, or one that cannot be.
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
-    let wrong = |message: String| FormatError::Syntax { path: path.into(), location: Location::Whole, message };
+    let wrong = |message: String| FormatError::whole(path, message);
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
         return Err(wrong("these are not the bytes of a world".into()));
     };
     let version = rest.split(|&byte| byte == b'\n').next().unwrap_or(rest);
     if version != VERSION.as_bytes() {
-        return Err(FormatError::Unsupported {
-            path: path.into(),
-            message: format!(
-                "a world of raycam {}; this is {VERSION}, and reads only its own",
-                String::from_utf8_lossy(&version[..version.len().min(20)])
-            ),
-        });
+        let version = String::from_utf8_lossy(&version[..version.len().min(20)]);
+        let message = format!("a world of raycam {version}; this is {VERSION}, and reads only its own");
+        return Err(FormatError::unsupported(path, message));
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);

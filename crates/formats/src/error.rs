@@ -4,9 +4,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use raycam_scene::SceneError;
+use raycam_scene::{ErrorCode, Message, SceneError};
 
-/// An error of reading or writing. The message says where, what was found, what was expected and what to do.
+/// An error of reading or writing. Programs decide by [`FormatError::code`]; the message states the place, what was found,
+/// what was expected and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
     /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
@@ -25,7 +26,7 @@ pub enum FormatError {
         /// Place in the file.
         location: Location,
         /// The value found and the value expected.
-        message: String,
+        message: Message,
     },
     /// A world file has a value that the schema does not allow.
     #[error("{}:{line}: {}{message}", path.display(), prefix(key))]
@@ -37,7 +38,7 @@ pub enum FormatError {
         /// As `object[2].diffuse`; empty at the top.
         key: String,
         /// The value expected, with the nearest valid name.
-        message: String,
+        message: Message,
     },
     /// The file asks for more than the budget allows.
     #[error("{}: {amount} {what}, but the budget has {left} left; raise it if you trust the file", path.display())]
@@ -57,7 +58,7 @@ pub enum FormatError {
         /// The file.
         path: PathBuf,
         /// The kind of the file, and the kinds that are read.
-        message: String,
+        message: Message,
     },
     /// A name inside a file points to where files may not come from.
     #[error("file name {reference:?}: {message}")]
@@ -65,7 +66,7 @@ pub enum FormatError {
         /// The name as written.
         reference: String,
         /// Why it is refused.
-        message: String,
+        message: Message,
     },
     /// Something is wrong with a file that a world file or another description names.
     #[error("{}{key}: {source}", place.as_ref().map(|(path, line)| format!("{}:{line}: ", path.display())).unwrap_or_default())]
@@ -87,7 +88,7 @@ pub enum FormatError {
     },
     /// Pixels that do not fit the image they are to become.
     #[error("{0}")]
-    Encode(String),
+    Encode(Message),
 }
 
 /// The result of reading or writing.
@@ -125,23 +126,46 @@ fn prefix(key: &str) -> String {
 }
 
 impl FormatError {
+    /// The error of values that do not fit the file they are to be written to.
+    pub fn encode(message: impl Into<Message>) -> Self {
+        Self::Encode(message.into())
+    }
+
+    /// The kind of error.
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Io { source, .. } => match source.kind() {
+                io::ErrorKind::NotFound => ErrorCode::FileNotFound,
+                _ => ErrorCode::FileUnreadable,
+            },
+            Self::Syntax { message, .. } => message.code_or(ErrorCode::Syntax),
+            Self::Schema { message, .. } => message.code_or(ErrorCode::InvalidValue),
+            Self::Budget { .. } => ErrorCode::BudgetExceeded,
+            Self::Unsupported { message, .. } => message.code_or(ErrorCode::UnsupportedFeature),
+            Self::Reference { message, .. } => message.code_or(ErrorCode::OutsideRoot),
+            Self::Named { source, .. } => source.code(),
+            Self::Scene { source, .. } => source.code(),
+            Self::Encode(message) => message.code_or(ErrorCode::CannotWrite),
+        }
+    }
+
     /// A syntax error in a line, counted from 1.
-    pub fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
+    pub fn line(path: &Path, line: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Line(line), message: message.into() }
     }
 
     /// A syntax error at a byte, counted from 0.
-    pub fn byte(path: &Path, byte: usize, message: impl Into<String>) -> Self {
+    pub fn byte(path: &Path, byte: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Byte(byte as u64), message: message.into() }
     }
 
     /// A syntax error of the file as a whole.
-    pub fn whole(path: &Path, message: impl Into<String>) -> Self {
+    pub fn whole(path: &Path, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Whole, message: message.into() }
     }
 
     /// The error of a valid file that raycam does not read.
-    pub fn unsupported(path: &Path, message: impl Into<String>) -> Self {
+    pub fn unsupported(path: &Path, message: impl Into<Message>) -> Self {
         Self::Unsupported { path: path.into(), message: message.into() }
     }
 }

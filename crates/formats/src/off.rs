@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
-use raycam_scene::{Mesh, MeshFile};
+use raycam_scene::{Mesh, MeshFile, Message, Notice, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
 use crate::geometry::colors;
@@ -42,9 +42,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 
     let vertices = read_vertices(&mut rows, header, count)?;
     let faces = read_faces(&mut rows, count, face_count)?;
-    let mut notices: Vec<String> = faces.degenerate.notice(path).into_iter().collect();
+    let mut notices: Vec<Notice> = faces.degenerate.notice(path).into_iter().collect();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
-        notices.push(format!("{}: the lines after the last face are not used", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::TrailingData,
+            format!("{}: the lines after the last face are not used", path.display()),
+        ));
     }
     if faces.polygons.len() == 0 {
         return Err(FormatError::whole(path, format!("no faces, only {count} vertices: nothing to see")));
@@ -66,10 +69,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         vertices: positions,
         ..Mesh::default()
     };
-    let chosen = colors::choose(&mut mesh).map(String::from);
+    let chosen = colors::choose(&mut mesh);
     let filled = directionless::fill_normals(&mut mesh);
-    let filled = (filled > 0).then(|| format!("normals without a direction are those of the faces: {filled}"));
-    notices.extend([chosen, filled].into_iter().flatten().map(|note| format!("{}: {note}", path.display())));
+    let filled = (filled > 0).then(|| {
+        let message = format!("normals without a direction are those of the faces: {filled}");
+        Notice::new(NoticeCode::ReplacedValue, message)
+    });
+    notices.extend([chosen, filled].into_iter().flatten().map(|note| note.in_context(path.display())));
     notices.extend(rows.odd.into_notices(path));
     Ok(MeshFile::from_mesh(mesh, notices))
 }
@@ -105,7 +111,11 @@ fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) 
             };
             let mut uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
             if !uv.iter().all(|value| value.is_finite()) {
-                rows.odd.note(Location::Line(rows.line), "a texture coordinate is not finite: taken as 0 0");
+                rows.odd.note(
+                    NoticeCode::ReplacedValue,
+                    Location::Line(rows.line),
+                    "a texture coordinate is not finite: taken as 0 0",
+                );
                 uv = [0.0; 2];
             }
             all.uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
@@ -164,7 +174,7 @@ struct LineReader<'a> {
 }
 
 impl<'a> LineReader<'a> {
-    fn error(&self, message: impl Into<String>) -> FormatError {
+    fn error(&self, message: impl Into<Message>) -> FormatError {
         FormatError::line(self.path, self.line, message)
     }
 
@@ -288,37 +298,55 @@ impl OffColors {
     }
 
     /// Linear colours, white where there is none; `None` where there is none at all.
-    fn linear(self, what: &str, path: &Path, notices: &mut Vec<String>) -> Option<Vec<Rgb>> {
+    fn linear(self, what: &str, path: &Path, notices: &mut Vec<Notice>) -> Option<Vec<Rgb>> {
         let shown = path.display();
         if self.mapped > 0 {
-            notices.push(format!("{shown}: {} {what} with a colour map index are white", self.mapped));
+            notices.push(Notice::new(
+                NoticeCode::MissingColors,
+                format!("{shown}: {} {what} with a colour map index are white", self.mapped),
+            ));
         }
         if self.missing == self.values.len() {
             return None;
         }
         if self.missing > self.mapped {
             let missing = self.missing - self.mapped;
-            notices.push(format!("{shown}: {missing} {what} without a colour are white"));
+            notices.push(Notice::new(
+                NoticeCode::MissingColors,
+                format!("{shown}: {missing} {what} without a colour are white"),
+            ));
         }
         if self.translucent > 0 {
-            notices.push(format!("{shown}: the transparency of {} {what} is dropped", self.translucent));
+            notices.push(Notice::new(
+                NoticeCode::IgnoredTransparency,
+                format!("{shown}: the transparency of {} {what} is dropped", self.translucent),
+            ));
         }
         let largest = self.largest;
         if largest > 255.0 {
-            notices.push(format!("{shown}: colours of {what} up to {largest}, expected 0 to 255: ignored"));
+            notices.push(Notice::new(
+                NoticeCode::ReplacedValue,
+                format!("{shown}: colours of {what} up to {largest}, expected 0 to 255: ignored"),
+            ));
             return None;
         }
         if self.odd > 0 {
-            notices.push(format!(
-                "{shown}: values of colours of {what} that are below 0 or no numbers are 0: {}",
-                self.odd
+            notices.push(Notice::new(
+                NoticeCode::ReplacedValue,
+                format!("{shown}: values of colours of {what} that are below 0 or no numbers are 0: {}", self.odd),
             ));
         }
         let bytes = largest > if self.fractions { 1.01 } else { 1.0 };
         if bytes && self.fractions {
-            notices.push(format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0 to 255"));
+            notices.push(Notice::new(
+                NoticeCode::AssumedConvention,
+                format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0 to 255"),
+            ));
         } else if largest > 1.0 && !bytes {
-            notices.push(format!("{shown}: colours of {what} up to {largest} are clamped to 1"));
+            notices.push(Notice::new(
+                NoticeCode::ClampedValue,
+                format!("{shown}: colours of {what} up to {largest} are clamped to 1"),
+            ));
         }
         let linear = |c: f64| match (c.is_nan(), bytes) {
             (true, _) => 1.0,

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use glam::DAffine3;
-use raycam_scene::{MeshFile, Object, World};
+use raycam_scene::{ErrorCode, MeshFile, Notice, NoticeCode, Object, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -172,8 +172,8 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
             found.triangles += dropped.triangles;
         }
     }
-    if let Some(notice) = found.notice() {
-        model.notices.push(format!("{}: {notice}", path.display()));
+    if let Some(message) = found.message() {
+        model.notices.push(Notice::new(NoticeCode::DroppedGeometry, format!("{}: {message}", path.display())));
         model.parts.retain(|part| !part.mesh.triangles.is_empty());
         if model.parts.is_empty() {
             return Err(FormatError::whole(path, "all faces have vertices that are not finite: nothing to see"));
@@ -189,7 +189,9 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
-        format!("{}: as an object it has no lights and cameras: {lights} and {cameras} are left out", path.display())
+        let message = "as an object it has no lights and cameras";
+        let message = format!("{}: {message}: {lights} and {cameras} are left out", path.display());
+        Notice::new(NoticeCode::IgnoredElement, message)
     });
     for object in &world.objects {
         let mesh = &world.meshes[object.mesh];
@@ -200,6 +202,9 @@ fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<Me
     model.notices.extend(left_out);
     Ok(model)
 }
+
+/// Ends of the names of USD files, which the Python package reads.
+const USD_EXTENSIONS: [&str; 4] = ["usd", "usda", "usdc", "usdz"];
 
 fn format_of(path: &Path) -> Result<&'static FileFormat> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -212,15 +217,20 @@ fn format_of(path: &Path) -> Result<&'static FileFormat> {
     {
         return Err(FormatError::Io { path: path.into(), source });
     }
+    if USD_EXTENSIONS.contains(&extension.as_str()) {
+        let message = ErrorCode::UnknownFormat.message(
+            "only raycam.load and World.add_object in Python read USD files; for other uses, such as world files, convert \
+             the file once with raycam.load(\"x.usd\").to_gltf(\"x.glb\")",
+        );
+        return Err(FormatError::unsupported(path, message));
+    }
     let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
-    Err(FormatError::unsupported(
-        path,
-        format!(
-            "unknown kind of file; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
-             raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
-        ),
-    ))
+    let message = ErrorCode::UnknownFormat.message(format!(
+        "unknown kind of file; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
+         raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
+    ));
+    Err(FormatError::unsupported(path, message))
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU16, Ordering};
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
-use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
+use raycam_scene::{Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::weld::{self, VertexWelder};
@@ -100,7 +100,7 @@ fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") || line.starts_with(b";") || line.starts_with(b"//")
 }
 
-fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid> {
+fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     let InputFile { path, bytes, .. } = source;
     let Some(count) = declared(bytes) else {
         let message = "neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
@@ -118,11 +118,20 @@ fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid> {
     if count < held && extra != 0 {
         used = count;
         let left = after - FACET_BYTES * count;
-        notices.push(format!("{}: {left} bytes after the last facet are not used", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::TrailingData,
+            format!("{}: {left} bytes after the last facet are not used", path.display()),
+        ));
     } else if count != held {
-        notices.push(format!("{}: {count} facets declared, {held} found and used", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::TruncatedData,
+            format!("{}: {count} facets declared, {held} found and used", path.display()),
+        ));
     } else if extra != 0 {
-        notices.push(format!("{}: {extra} bytes after the last facet are not used", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::TrailingData,
+            format!("{}: {extra} bytes after the last facet are not used", path.display()),
+        ));
     }
 
     let facets = source.part(HEADER_BYTES..HEADER_BYTES + FACET_BYTES * used);
@@ -168,7 +177,7 @@ fn facet_colors(
     facets: &ByteSource<'_>,
     count: usize,
     any: bool,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Option<Vec<Rgb>>> {
     const COLOR: &[u8] = b"COLOR=";
     let at = header.windows(COLOR.len()).position(|window| window == COLOR).map(|at| at + COLOR.len());
@@ -183,7 +192,10 @@ fn facet_colors(
     const OWN: u16 = 1 << 15;
     if let Some(&[r, g, b, alpha]) = whole {
         if alpha < 255 {
-            notices.push(format!("{}: its transparency is dropped", path.display()));
+            notices.push(Notice::new(
+                NoticeCode::IgnoredTransparency,
+                format!("{}: its transparency is dropped", path.display()),
+            ));
         }
         let whole = linear_from_srgb8([r, g, b]);
         // Bit 15 says that a facet has the colour of the whole.
@@ -193,11 +205,17 @@ fn facet_colors(
     let without = attributes.iter().filter(|&&bits| bits & OWN == 0).count();
     if without == count {
         let odd = attributes.iter().filter(|&&bits| bits != 0).count();
-        notices.push(format!("{}: the bytes after a facet, which are no colours, are not used: {odd}", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::IgnoredKey,
+            format!("{}: the bytes after a facet, which are no colours, are not used: {odd}", path.display()),
+        ));
         return Ok(None);
     }
     if without > 0 {
-        notices.push(format!("{}: facets without a colour are grey: {without}", path.display()));
+        notices.push(Notice::new(
+            NoticeCode::MissingColors,
+            format!("{}: facets without a colour are grey: {without}", path.display()),
+        ));
     }
     // Blue is in the lowest bits.
     let of = |&bits: &u16| {

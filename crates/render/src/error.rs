@@ -1,18 +1,18 @@
 //! Errors of preparation and rendering.
 
 use raycam_bvh::BuildError;
-use raycam_scene::SceneError;
+use raycam_scene::{ErrorCode, Message, SceneError};
 
-/// Error of preparation or rendering. The variant specifies who can fix it; the message contains the given and the
-/// expected values and a remedy.
+/// Error of preparation or rendering. Programs decide by [`RenderError::code`]; the message states what was given, what was
+/// expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
     /// Invalid settings, regions or arrays.
     #[error("{0}")]
-    Settings(String),
+    Settings(Message),
     /// A world with inconsistent parts.
     #[error("{0}")]
-    World(String),
+    World(Message),
     /// Texture tiles that cannot be read back from the texture memory's file.
     #[error(transparent)]
     Textures(SceneError),
@@ -55,4 +55,30 @@ pub enum RenderError {
         /// The system's message.
         message: String,
     },
+}
+
+impl RenderError {
+    /// The error of invalid settings, regions or arrays.
+    pub fn settings(message: impl Into<Message>) -> Self {
+        Self::Settings(message.into())
+    }
+
+    /// The error of a world whose parts do not fit together.
+    pub fn world(message: impl Into<Message>) -> Self {
+        Self::World(message.into())
+    }
+
+    /// The kind of error.
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Settings(message) => message.code_or(ErrorCode::InvalidSettings),
+            Self::World(message) => message.code_or(ErrorCode::InvalidWorld),
+            Self::Textures(error) => error.code(),
+            Self::Build { .. } => ErrorCode::InvalidMesh,
+            Self::TooLarge { .. } => ErrorCode::TooLarge,
+            Self::OutOfMemory { .. } => ErrorCode::OutOfMemory,
+            Self::Cancelled => ErrorCode::Cancelled,
+            Self::Threads { .. } => ErrorCode::NoThreads,
+        }
+    }
 }

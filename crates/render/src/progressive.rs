@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use raycam_scene::{Camera, World};
+use raycam_scene::{Camera, Notice, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -57,7 +57,7 @@ impl Progressive {
         camera: &Camera,
         settings: Settings,
     ) -> Result<Self, RenderError> {
-        let fail = |message: &str| Err(RenderError::Settings(message.into()));
+        let fail = |message: &str| Err(RenderError::settings(message));
         let region = settings.check(camera.size())?;
         if settings.noise_threshold.is_some() || settings.time_limit.is_some() {
             return fail(
@@ -182,8 +182,8 @@ impl Progressive {
     ///
     /// # Errors
     /// [`RenderError::Settings`] if a pixel has no sample, or the planes do not fit.
-    pub fn develop(&self, targets: Vec<OutputPlane<'_>>) -> Result<Vec<String>, RenderError> {
-        let fail = |message: &str| Err(RenderError::Settings(message.into()));
+    pub fn develop(&self, targets: Vec<OutputPlane<'_>>) -> Result<Vec<Notice>, RenderError> {
+        let fail = |message: &str| Err(RenderError::settings(message));
         let samples = self.samples(None);
         if samples == 0 {
             return fail("a part of the image has no samples yet; add samples first");

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use raycam_scene::{Camera, TextureCache, World};
+use raycam_scene::{Camera, Notice, NoticeCode, TextureCache, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
@@ -70,7 +70,7 @@ pub fn render_into(
     settings: &Settings,
     control: &Control,
     targets: Vec<OutputPlane<'_>>,
-) -> Result<([u32; 4], Vec<String>), RenderError> {
+) -> Result<([u32; 4], Vec<Notice>), RenderError> {
     let shutter = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
     let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
@@ -96,7 +96,7 @@ pub fn brightest_samples(
     let region = settings.check(camera.size())?;
     let [width, height] = camera.size();
     if pixels.iter().any(|&[x, y]| x >= width || y >= height) {
-        return Err(RenderError::Settings(format!("pixels are outside of the image of {width} x {height}")));
+        return Err(RenderError::settings(format!("pixels are outside of the image of {width} x {height}")));
     }
     let camera = &world.geometry.camera_outside(camera);
     let request = RenderRequest { world, shutter: None, camera, settings, region };
@@ -198,14 +198,13 @@ impl RenderRequest<'_> {
         alone: bool,
         control: &Control,
         targets: impl Iterator<Item = OutputPlane<'t>>,
-    ) -> Result<Vec<String>, RenderError> {
+    ) -> Result<Vec<Notice>, RenderError> {
         let RenderRequest { world, shutter, settings, region, .. } = *self;
         let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));
-        let film = film.ok_or_else(|| {
-            RenderError::Settings("the output planes do not match the image's region and channels".into())
-        })?;
+        let film = film
+            .ok_or_else(|| RenderError::settings("the output planes do not match the image's region and channels"))?;
         let texture_cache = world.geometry.texture_cache.as_deref();
         let read_before = texture_cache.map(TextureCache::page_in_stats);
         let needs = RenderNeeds::new(settings, camera, &world.geometry);
@@ -284,7 +283,7 @@ impl RenderRequest<'_> {
         tiles: &[Tile],
         film: &Film,
         control: &Control,
-        notices: &mut Vec<String>,
+        notices: &mut Vec<Notice>,
     ) -> Result<(), RenderError> {
         let start = Instant::now();
         control.start(PROGRESS_STEPS as usize);
@@ -311,7 +310,13 @@ impl RenderRequest<'_> {
             renderer.notices(self.region, notices);
         }
         let again = format!("samples = {taken} gives the same picture");
-        notices.insert(0, format!("{taken} samples per pixel in time_limit = {seconds}; {again}"));
+        notices.insert(
+            0,
+            Notice::new(
+                NoticeCode::SamplesUsed,
+                format!("{taken} samples per pixel in time_limit = {seconds}; {again}"),
+            ),
+        );
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DAffine3;
-use raycam_scene::{Camera, World};
+use raycam_scene::{Camera, Notice, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -43,7 +43,7 @@ impl PictureSeries<'_> {
         settings: &Settings,
         control: &Control,
         pictures: Vec<Vec<OutputPlane<'_>>>,
-    ) -> Result<Vec<String>, RenderError> {
+    ) -> Result<Vec<Notice>, RenderError> {
         let Some(first) = self.cameras.first() else {
             return Ok(vec![]);
         };
@@ -52,7 +52,7 @@ impl PictureSeries<'_> {
         let each = estimated_frame_work(self.prepared, first, settings, region);
         let workers = Workers::for_work(settings.threads, each * count as f64, false)?;
         control.start(count);
-        let found: Vec<Mutex<Vec<String>>> = (0..count).map(|_| Mutex::default()).collect();
+        let found: Vec<Mutex<Vec<Notice>>> = (0..count).map(|_| Mutex::default()).collect();
         let jobs: Vec<_> = pictures.into_iter().enumerate().map(|(i, planes)| (i, Mutex::new(Some(planes)))).collect();
         let one = |(i, planes): &(usize, Mutex<Option<Vec<OutputPlane<'_>>>>), alone: bool| {
             control.check()?;
@@ -68,7 +68,7 @@ impl PictureSeries<'_> {
         } else {
             jobs.iter().try_for_each(|job| one(job, false))?;
         }
-        let mut notices: Vec<String> = vec![];
+        let mut notices: Vec<Notice> = vec![];
         for notice in found.into_iter().flat_map(|own| own.into_inner().unwrap_or_else(PoisonError::into_inner)) {
             if !notices.contains(&notice) {
                 notices.push(notice);
@@ -84,7 +84,7 @@ impl PictureSeries<'_> {
         control: &Control,
         planes: Vec<OutputPlane<'_>>,
         alone: bool,
-    ) -> Result<Vec<String>, RenderError> {
+    ) -> Result<Vec<Notice>, RenderError> {
         let part = control.part();
         let moved = self.posed(picture, settings, &part)?;
         let (world, prepared) =
@@ -111,7 +111,7 @@ impl PictureSeries<'_> {
         for (object, places) in self.poses {
             let place = places[if places.len() == 1 { 0 } else { picture }];
             let placed = world.place_object(*object, place);
-            placed.map_err(|error| RenderError::World(format!("pose {picture}: {error}")))?;
+            placed.map_err(|error| RenderError::world(format!("pose {picture}: {error}")))?;
         }
         let prepared = PreparedWorld::in_family(&world, self.family, Some(self.prepared), settings.threads, control)?;
         Ok(Some((world, prepared)))

@@ -123,7 +123,7 @@ impl Settings {
     /// # Errors
     /// [`RenderError::Settings`]: the errors of [`RenderOptions::validate`].
     pub fn resolve(options: &RenderOptions) -> Result<Self, RenderError> {
-        let options = options.complete().map_err(|error: SceneError| RenderError::Settings(error.to_string()))?;
+        let options = options.complete().map_err(|error: SceneError| RenderError::settings(error))?;
         let rest = Self::default();
         Ok(Self {
             integrator: options.integrator.unwrap_or(rest.integrator),
@@ -142,7 +142,7 @@ impl Settings {
 
     /// Validates the rest of the settings; returns the region to render of an image of this size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
-        let fail = |message: String| Err(RenderError::Settings(message));
+        let fail = |message: String| Err(RenderError::settings(message));
         if self.channels.is_empty() {
             return fail("channels is empty; expected at least one channel".into());
         }

@@ -247,7 +247,7 @@ fn available_threads() -> usize {
 fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(RenderError::Settings(format!(
+        return Err(RenderError::settings(format!(
             "threads: {threads}: expected a whole number from 1 to {MAX_THREADS}"
         )));
     }

@@ -1,24 +1,27 @@
-//! Errors of worlds and cameras, in words their author can act on.
+//! Errors of worlds and cameras.
 
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// The variant specifies the cause; the message contains the given and the expected values and a remedy.
+use crate::error_code::{ErrorCode, Message};
+
+/// Error of a world, a camera or a texture file. Programs decide by [`SceneError::code`]; the message states what was given,
+/// what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// A camera that cannot be.
+    /// An invalid camera.
     #[error("{0}")]
-    Camera(String),
+    Camera(Message),
     /// Geometry, colours or materials that do not fit together.
     #[error("{0}")]
-    World(String),
+    World(Message),
     /// A description (world file or dict) that the schema does not allow.
     #[error("{}{message}", path_prefix(path))]
     Schema {
         /// The key, as `object[2].diffuse`; empty at the top.
         path: String,
         /// The expectation, with the nearest valid name.
-        message: String,
+        message: Message,
         /// Byte range in the text that it came from.
         span: Option<Range<usize>>,
     },
@@ -34,7 +37,7 @@ pub enum SceneError {
     },
 }
 
-/// The result of making or changing a part of a world.
+/// Result of creating or changing a part of a world.
 pub type Result<T, E = SceneError> = std::result::Result<T, E>;
 
 fn path_prefix(path: &str) -> String {
@@ -42,16 +45,56 @@ fn path_prefix(path: &str) -> String {
 }
 
 impl SceneError {
+    /// The error of an invalid camera.
+    pub fn camera(message: impl Into<Message>) -> Self {
+        Self::Camera(message.into())
+    }
+
+    /// The error of parts of a world that do not fit together.
+    pub fn world(message: impl Into<Message>) -> Self {
+        Self::World(message.into())
+    }
+
+    /// The error of an invalid lens.
+    pub fn lens(message: impl Into<String>) -> Self {
+        Self::Camera(ErrorCode::InvalidLens.message(message))
+    }
+
+    /// The error of an invalid material.
+    pub fn material(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidMaterial.message(message))
+    }
+
+    /// The error of an invalid light.
+    pub fn light(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidLight.message(message))
+    }
+
+    /// The error of invalid arrays of a mesh.
+    pub fn mesh(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::InvalidMesh.message(message))
+    }
+
     /// The error of a key of a description.
-    pub fn schema(path: impl Into<String>, message: impl Into<String>) -> Self {
+    pub fn schema(path: impl Into<String>, message: impl Into<Message>) -> Self {
         Self::Schema { path: path.into(), message: message.into(), span: None }
+    }
+
+    /// The kind of error.
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Camera(message) => message.code_or(ErrorCode::InvalidCamera),
+            Self::World(message) => message.code_or(ErrorCode::InvalidWorld),
+            Self::Schema { message, .. } => message.code_or(ErrorCode::InvalidValue),
+            Self::Storage { .. } => ErrorCode::Storage,
+        }
     }
 
     /// The error with its key prefixed by `parent`.
     #[must_use]
     pub fn in_context(self, parent: &str) -> Self {
         match self {
-            Self::Camera(message) | Self::World(message) => Self::schema(parent, message),
+            Self::Camera(_) | Self::World(_) => Self::schema(parent, Message::from(self)),
             // Not the description's fault, whatever part of it came next.
             storage @ Self::Storage { .. } => storage,
             Self::Schema { path, message, span } => {
@@ -59,6 +102,13 @@ impl SceneError {
                 Self::Schema { path: format!("{parent}{joint}{path}"), message, span }
             }
         }
+    }
+}
+
+impl From<SceneError> for Message {
+    fn from(error: SceneError) -> Self {
+        let code = error.code();
+        code.message(error.to_string())
     }
 }
 

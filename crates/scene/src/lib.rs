@@ -5,6 +5,8 @@
 //! one of a [`TextureCache`].
 //!
 //! ```text
+//! codes               macro for tables of codes
+//! notice error_code   codes of notices and errors, with cause and remedy
 //! error up            errors; the axis that points up
 //! foreign_terms       other programs' terms, for hints in errors
 //! written             values that may be written in more than one way
@@ -27,8 +29,10 @@
 
 pub mod animation;
 pub mod camera;
+mod codes;
 pub mod color;
 mod error;
+mod error_code;
 pub mod foreign_terms;
 pub mod light;
 pub mod material;
@@ -36,6 +40,7 @@ pub mod math;
 pub mod mesh;
 pub mod model;
 mod named_enum;
+mod notice;
 pub mod render_options;
 pub mod schema;
 pub mod texture;
@@ -52,10 +57,12 @@ pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{Result, SceneError, suggestion};
+pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
+pub use notice::{Notice, NoticeCode};
 pub use texture::{
     ByteString, ColorUse, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot,
     Wrap,

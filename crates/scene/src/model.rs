@@ -6,6 +6,7 @@ use crate::error::{Result, SceneError};
 use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
+use crate::notice::Notice;
 use crate::texture::{ColorUse, Image, Texture, Wrap};
 use crate::up::Up;
 
@@ -31,7 +32,7 @@ pub struct MeshFile {
     /// The images that the materials use.
     pub textures: Vec<Texture>,
     /// Notices of the reader.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
     /// The up axis, if the format specifies it.
     pub up: Option<Up>,
 }
@@ -87,15 +88,15 @@ impl AssetLoader for NoAssets {
     type Error = SceneError;
 
     fn mesh(&mut self, file: &str) -> Result<MeshFile> {
-        Err(SceneError::World(format!("mesh {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("mesh {file:?}: files cannot be read here")))
     }
 
     fn texture(&mut self, file: &str, _wrap: [Wrap; 2], _color_use: ColorUse) -> Result<Texture> {
-        Err(SceneError::World(format!("texture {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("texture {file:?}: files cannot be read here")))
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile> {
-        Err(SceneError::World(format!("profile {file:?}: files cannot be read here")))
+        Err(SceneError::world(format!("profile {file:?}: files cannot be read here")))
     }
 
     fn in_context(error: SceneError, key: &str) -> SceneError {
@@ -105,7 +106,7 @@ impl AssetLoader for NoAssets {
 
 impl MeshFile {
     /// The contents of a file with one mesh and no materials.
-    pub fn from_mesh(mesh: Mesh, notices: Vec<String>) -> Self {
+    pub fn from_mesh(mesh: Mesh, notices: Vec<Notice>) -> Self {
         Self {
             materials: vec![Material::for_mesh(&mesh)],
             parts: vec![MeshPart { name: String::new(), mesh, materials: vec![0] }],
@@ -128,13 +129,13 @@ impl MeshFile {
         let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();
         let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
-            return Err(SceneError::World(format!("{vertices} vertices with {slots} materials: too many for a mesh")));
+            return Err(SceneError::world(format!("{vertices} vertices with {slots} materials: too many for a mesh")));
         }
         for MeshPart { name, mesh, materials } in parts() {
             mesh.validate()?;
             let lacking = materials.iter().any(|&material| material >= self.materials.len());
             if lacking || materials.len() < mesh.slot_count() {
-                return Err(SceneError::World(format!("part {name:?} uses a material that is missing")));
+                return Err(SceneError::world(format!("part {name:?} uses a material that is missing")));
             }
         }
         let mut merged = Mesh::default();

@@ -1,8 +1,10 @@
-//! Errors as JSON: `{"text": ..., "line": ..., "file": ...}`; the line, from 1, and its file where there are any.
+//! Errors as JSON: `{"text": ..., "code": ..., "line": ..., "file": ...}`; the line, from 1, its file and the code where
+//! there are any.
 
 use std::path::Path;
 
 use raycam_formats::{FormatError, Location};
+use raycam_scene::ErrorCode;
 use serde_json::json;
 
 /// An error without a place.
@@ -10,9 +12,14 @@ pub fn failure(text: impl ToString) -> String {
     json!({ "text": text.to_string() }).to_string()
 }
 
+/// A bug in raycam, after which the instance is of no use.
+pub fn internal_failure(text: impl ToString) -> String {
+    json!({ "text": text.to_string(), "code": ErrorCode::Internal.name() }).to_string()
+}
+
 /// An error of a file.
 pub fn format_failure(error: &FormatError) -> String {
-    let mut found = json!({ "text": error.to_string() });
+    let mut found = json!({ "text": error.to_string(), "code": error.code().name() });
     if let Some((file, line)) = place_of(error) {
         found["file"] = json!(file.display().to_string());
         found["line"] = json!(line);
@@ -48,7 +55,7 @@ mod tests {
             let error = load_from_memory(Path::new("w.toml"), files, &Budget::of_page()).unwrap_err();
             let told: serde_json::Value = serde_json::from_str(&format_failure(&error)).unwrap();
             assert_eq!((&told["line"], &told["file"]), (&json!(line), &json!("w.toml")), "{error}");
-            assert_eq!(told["text"], json!(error.to_string()));
+            assert_eq!((&told["text"], &told["code"]), (&json!(error.to_string()), &json!(error.code().name())));
         }
         assert_eq!(failure("a \"b\""), r#"{"text":"a \"b\""}"#);
     }

@@ -8,18 +8,18 @@ use raycam_formats::encode::png;
 use raycam_formats::{Budget, MemoryFiles, bundle, load_from_memory};
 use raycam_render::film::display;
 use raycam_render::{Channel, Control, ImagePlane, PixelType, PreparedFamily, PreparedWorld, render_moving};
-use raycam_scene::{Up, ViewTransform, camera, triangles};
+use raycam_scene::{Notice, Up, ViewTransform, camera, triangles};
 use serde_json::json;
 use wasm_bindgen::prelude::*;
 
-use crate::failure::{failure, format_failure};
+use crate::failure::{failure, format_failure, internal_failure};
 use crate::request;
 
 /// Makes a panic an exception with its text. The instance is of no use afterwards.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|info| {
-        let text = failure(format!("raycam failed at {info}; this is a fault of raycam"));
+        let text = internal_failure(format!("raycam failed at {info}; this is a bug of raycam"));
         wasm_bindgen::throw_str(&text);
     }));
 }
@@ -107,7 +107,7 @@ impl World {
             "triangles": world.stats().object_triangles,
             "lights": world.lights.len(),
             "moves": world.time.is_some() && world.is_animated(),
-            "notices": world.notices,
+            "notices": world.notices.iter().map(Notice::to_string).collect::<Vec<_>>(),
             "render": world.render,
         })
         .to_string()
@@ -284,7 +284,7 @@ impl Camera {
 #[wasm_bindgen]
 pub struct Frame {
     inner: raycam_render::Frame,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
 }
 
 #[wasm_bindgen]
@@ -298,7 +298,13 @@ impl Frame {
     /// Notices of what was left out or repaired.
     #[wasm_bindgen(getter)]
     pub fn notices(&self) -> Vec<String> {
-        self.notices.clone()
+        self.notices.iter().map(Notice::to_string).collect()
+    }
+
+    /// Code of each notice, as in the reference.
+    #[wasm_bindgen(getter, js_name = noticeCodes)]
+    pub fn notice_codes(&self) -> Vec<String> {
+        self.notices.iter().map(|notice| notice.code.to_string()).collect()
     }
 
     /// The numbers of a channel as a typed array, row by row; undefined without the channel.

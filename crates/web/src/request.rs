@@ -3,6 +3,7 @@
 
 use raycam_render::{Channel, Settings, TruthSurface};
 use raycam_scene::render_options::{RENDER_OPTIONS, RenderOptions};
+use raycam_scene::{Notice, NoticeCode};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -21,7 +22,7 @@ struct CallArguments {
 }
 
 /// The settings of a request for a world with these options, and notices.
-pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<String>), String> {
+pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<Notice>), String> {
     let invalid = |error: serde_json::Error| failure(format!("render: {error}"));
     let arguments: Map<String, Value> = serde_json::from_str(request).map_err(invalid)?;
     let is_option = |name: &String| RENDER_OPTIONS.iter().any(|option| option.name == name);
@@ -31,7 +32,8 @@ pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<S
     let mut notices = vec![];
     let mut world = world.clone();
     if let Some(seconds) = world.time_limit.take() {
-        notices.push(format!("the world's time_limit of {seconds} s is ignored: a page renders a number of samples"));
+        let message = format!("the world's time_limit of {seconds} s is ignored: a page renders a number of samples");
+        notices.push(Notice::new(NoticeCode::UnusedOption, message));
     }
     let channel = |name: &String| Channel::from_name(name).ok_or_else(|| failure(format!("unknown channel {name:?}")));
     let channels = match call.channels.is_empty() {

@@ -87,15 +87,20 @@ def disparity(
         left = world.rigs[left]
     if isinstance(left, Rig):
         if right is not None:
-            raise CameraError("a rig contains both cameras of the pair; pass the rig alone, or two cameras")
+            raise CameraError(
+                "a rig contains both cameras of the pair; pass the rig alone, or two cameras",
+                code="conflicting_values",
+            )
         rig = left
         left, right = (rig[name] for name in rig.pair())
     left = camera_of(world, left)
     if right is None:
-        raise CameraError("the right camera of the pair is missing")
+        raise CameraError("the right camera of the pair is missing", code="missing_value")
     right = camera_of(world, right)
     if not isinstance(of, str) or of not in ("left", "right"):
-        raise CameraError(f'of is {of!r}; expected "left" or "right", the camera that sees it')
+        raise CameraError(
+            f'of is {of!r}; expected "left" or "right", the camera that sees it', code="invalid_value"
+        )
     check_rectified(left, right)
     first, second = (left, right) if of == "left" else (right, left)
     found = flow(world, first, world, second, threads=threads)
@@ -112,12 +117,14 @@ def check_rectified(left: Camera, right: Camera) -> None:
     for camera in (left, right):
         if camera.is_parallel:
             raise CameraError(
-                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras"
+                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras",
+                code="unsupported_camera",
             )
         if camera.shutter is not None:
             raise CameraError(
                 "not a rectified pair, because of a shutter: rows of one picture are no rows of the other; "
-                "raycam.flow follows any two cameras, and camera.still() stands"
+                "raycam.flow follows any two cameras, and camera.still() stands",
+                code="unsupported_camera",
             )
     same = np.ones((3, 3), dtype=bool)
     same[0, 2] = False
@@ -134,5 +141,6 @@ def check_rectified(left: Camera, right: Camera) -> None:
     found = [reason for reason, there in reasons.items() if there]
     if found:
         raise CameraError(
-            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras"
+            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras",
+            code="unsupported_camera",
         )

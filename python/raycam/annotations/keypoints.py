@@ -67,7 +67,8 @@ def keypoints(
     places = floats("points", points, ("n", 3))
     if triangles is not None and objects is None:
         raise SettingsError(
-            "triangles need objects, one for each: a triangle has its number in its object's mesh"
+            "triangles need objects, one for each: a triangle has its number in its object's mesh",
+            code="wrong_shape",
         )
     numbers = {
         name: None if given is None else wholes(name, given, 0, (1 << 31) - 1)
@@ -75,7 +76,9 @@ def keypoints(
     }
     for name, given in numbers.items():
         if given is not None and len(given) != len(places):
-            raise SettingsError(f"{name} has {len(given)} entries for {len(places)} points")
+            raise SettingsError(
+                f"{name} has {len(given)} entries for {len(places)} points", code="wrong_shape"
+            )
     found = _core.keypoints(
         (world._core, camera._core),
         places,

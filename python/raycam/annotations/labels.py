@@ -170,7 +170,8 @@ def label(
     if instance.shape != (height, width) or instance.dtype.kind not in "iu":
         raise SettingsError(
             f"instance has the shape {list(instance.shape)} and the dtype {instance.dtype}; expected whole numbers "
-            f"{[height, width]}, as the camera's picture"
+            f"{[height, width]}, as the camera's picture",
+            code="wrong_shape",
         )
     columns, rows = (width, height) if margin is None else wholes("margin", margin, 0, 1 << 16, count=2)
     found = []

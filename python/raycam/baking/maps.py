@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Bools, Floats, real, thread_count, whole, words
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..io.atomic_files import write
 from ..notices import warn
 from ..world import World
@@ -117,8 +117,11 @@ def bake(
     texels = find_texels(mesh.uvs[uv_set], (wide, wide))
     if texels.overlapping:
         warn(
-            f"object {object!r}: {texels.overlapping} texels are in several faces, because islands of its texture "
-            "coordinates overlap; such texels have the values of the first face"
+            Notice(
+                f"object {object!r}: {texels.overlapping} texels are in several faces, because islands of its texture "
+                "coordinates overlap; such texels have the values of the first face",
+                "implausible",
+            )
         )
     covered = mark(texels)
     found: dict[str, npt.NDArray[Any]] = {}

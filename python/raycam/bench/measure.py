@@ -129,7 +129,7 @@ def bench(
     names = list(SCENES) if scenes is None else list(scenes)
     for name in names:
         if name not in SCENES:
-            raise SettingsError(nearest("scene", name, list(SCENES)))
+            raise SettingsError(nearest("scene", name, list(SCENES)), code="unknown_name")
     repeat = whole("repeat", repeat, 1, 1000)
     used = _core.available_threads() if threads is None else whole("threads", threads, 1, 1 << 16)
     rows: list[BenchRow] = []

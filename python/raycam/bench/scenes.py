@@ -43,7 +43,7 @@ def generate(name: str, triangles: int, seed: int = 1) -> BenchScene:
     Raises `SettingsError` for a name that is not in `SCENES`, with the nearest one.
     """
     if name not in SCENES:
-        raise SettingsError(nearest("scene", name, list(SCENES)))
+        raise SettingsError(nearest("scene", name, list(SCENES)), code="unknown_name")
     count = whole("triangles", triangles, 1, LIMIT)
     return SCENES[name](np.random.default_rng(whole("seed", seed, 0, (1 << 63) - 1)), count)
 

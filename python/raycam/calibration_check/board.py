@@ -31,12 +31,14 @@ def opencv() -> Any:
         import cv2
     except ImportError as error:
         raise SettingsError(
-            f"the self-check needs OpenCV ({error}): pip install opencv-python-headless"
+            f"the self-check needs OpenCV ({error}): pip install opencv-python-headless",
+            code="missing_dependency",
         ) from None
     if not hasattr(cv2, "aruco") or not hasattr(cv2.aruco, "CharucoDetector"):
         raise SettingsError(
             f"the self-check needs OpenCV 4.8 or later with its aruco module, this is {cv2.__version__}: "
-            "pip install --upgrade opencv-python-headless"
+            "pip install --upgrade opencv-python-headless",
+            code="missing_dependency",
         )
     return cv2
 
@@ -58,7 +60,9 @@ class Board:
     def __post_init__(self) -> None:
         """Raises `SettingsError` for an unknown kind."""
         if self.kind not in BOARDS:
-            raise SettingsError(f"board is {self.kind!r}, expected one of {', '.join(BOARDS)}")
+            raise SettingsError(
+                f"board is {self.kind!r}, expected one of {', '.join(BOARDS)}", code="invalid_value"
+            )
 
     @cached_property
     def corners(self) -> Floats:
@@ -106,7 +110,10 @@ class Board:
         The poses depend on the arguments alone. Raises `SettingsError` if no pose shows the board.
         """
         if camera.is_parallel:
-            raise SettingsError("a camera with parallel rays cannot be calibrated by views of a board")
+            raise SettingsError(
+                "a camera with parallel rays cannot be calibrated by views of a board",
+                code="unsupported_camera",
+            )
         found: list[Camera] = []
         for number in range(1, 40 * count):
             placed = self._placed(camera, number)

@@ -168,7 +168,8 @@ def selfcheck(
     if len(found) < MIN_VIEWS:
         raise SettingsError(
             f"OpenCV found the board in {len(found)} of {views} views, it needs {MIN_VIEWS}: larger pictures, "
-            "more views or more samples help"
+            "more views or more samples help",
+            code="out_of_range",
         )
     objects = [target.corners[numbers] for numbers, _, _ in found]
     true = [_pixels(place, target.corners[numbers]) for numbers, _, place in found]
@@ -195,11 +196,13 @@ def _default() -> Camera:
 def _check(camera: Camera) -> None:
     if camera.model not in ("pinhole", "opencv", "fisheye"):
         raise CameraError(
-            f"the camera's lens is {camera.model}; OpenCV calibrates pinholes, opencv and fisheye"
+            f"the camera's lens is {camera.model}; OpenCV calibrates pinholes, opencv and fisheye",
+            code="unsupported_camera",
         )
     if camera.K[0, 1] != 0.0 and camera.model != "fisheye":
         raise CameraError(
-            f"the camera has skew {camera.K[0, 1]}, which OpenCV calibrates for fisheye lenses only"
+            f"the camera has skew {camera.K[0, 1]}, which OpenCV calibrates for fisheye lenses only",
+            code="unsupported_camera",
         )
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats, floats, one_of, size_of
-from ..errors import CameraError, nearest
+from ..errors import CameraError, Notice, nearest
 from ..notices import warn
 
 PixelCenter = Literal["integer", "half"]
@@ -95,7 +95,8 @@ def checked_pixel_center(pixel_center: object) -> PixelCenter:
         return "integer" if pixel_center == "integer" else "half"
     raise CameraError(
         f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
-        'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
+        'or "half" (COLMAP, OpenGL: (0.5, 0.5))',
+        code="invalid_value",
     )
 
 
@@ -112,7 +113,8 @@ def report_nearest_rotation(given: npt.NDArray[np.float64], made: _core.Camera) 
     """Warns if the camera's R differs from the given matrix by more than the rounding of float32."""
     off = float(np.abs(np.asarray(made.r) - given).max())
     if off > 1e-7:
-        warn(f"R differs from a rotation by up to {off:.1e}; the nearest rotation is used")
+        text = f"R differs from a rotation by up to {off:.1e}; the nearest rotation is used"
+        warn(Notice(text, "repaired_rotation"))
 
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
@@ -123,7 +125,10 @@ def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
             return model, []
         if model != "opencv":
             zeros = "; use [0, 0, 0, 0] for an equidistant fisheye" if model == "fisheye" else ""
-            raise CameraError(f'lens model "{model}" requires coefficients: distortion is missing{zeros}')
+            raise CameraError(
+                f'lens model "{model}" requires coefficients: distortion is missing{zeros}',
+                code="missing_value",
+            )
         return None
     return model, np.ravel(
         floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
@@ -149,7 +154,7 @@ def checked_up(up: str) -> Up:
     """Returns the checked name of the up axis."""
     if isinstance(up, str) and up in ("y", "z"):
         return "y" if up == "y" else "z"
-    raise CameraError(f'up is {up!r}; expected "z" or "y"')
+    raise CameraError(f'up is {up!r}; expected "z" or "y"', code="invalid_value")
 
 
 def check_keys(keys: Mapping[str, object], allowed: type) -> None:
@@ -157,7 +162,7 @@ def check_keys(keys: Mapping[str, object], allowed: type) -> None:
     names = list(allowed.__annotations__)
     for name in keys:
         if name not in names:
-            raise CameraError(nearest("argument", name, names))
+            raise CameraError(nearest("argument", name, names), code="unknown_key")
 
 
 def read_lens(keys: LensKeys) -> tuple[Lens | None, PixelCenter]:
@@ -180,13 +185,17 @@ def _intrinsics(size: Size, pixel_center: str, keys: ViewKeys) -> list[list[floa
     given = [name for name in ("focal", "fov", "K") if keys.get(name) is not None]
     if len(given) != 1:
         raise CameraError(
-            f"intrinsics: expected one of focal, fov and K; got {' and '.join(given) or 'none of them'}"
+            f"intrinsics: expected one of focal, fov and K; got {' and '.join(given) or 'none of them'}",
+            code="conflicting_values",
         )
     skew, principal_point = keys.get("skew"), keys.get("principal_point")
     pair = size_of(size, error=CameraError)
     if (K := keys.get("K")) is not None:
         if skew is not None or principal_point is not None:
-            raise CameraError("skew and principal_point cannot be combined with K, which contains them")
+            raise CameraError(
+                "skew and principal_point cannot be combined with K, which contains them",
+                code="conflicting_values",
+            )
         return [[float(v) for v in row] for row in matrix("K", K)]
     if (focal := keys.get("focal")) is not None:
         values = floats("focal", focal, (), (2,), error=CameraError)

@@ -39,15 +39,19 @@ class Background:
     def __post_init__(self) -> None:
         """Checks the fit."""
         if self.fit not in FITS:
-            raise CameraError(nearest("fit of a background", str(self.fit), FITS))
+            raise CameraError(nearest("fit of a background", str(self.fit), FITS), code="unknown_name")
         if self.fit == "cover" and self.camera is not None:
-            raise CameraError('fit is "cover", of a picture that no camera took: give it without camera')
+            raise CameraError(
+                'fit is "cover", of a picture that no camera took: give it without camera',
+                code="conflicting_values",
+            )
 
     @property
     def file(self) -> str:
         """The path of the picture; raises `CameraError` for an array, which no camera keeps."""
         if isinstance(self.image, np.ndarray) or not isinstance(self.image, str | os.PathLike):
             raise CameraError(
-                "a camera keeps the path of its background: give an array to raycam.render(..., background=array)"
+                "a camera keeps the path of its background: give an array to raycam.render(..., background=array)",
+                code="wrong_type",
             )
         return os.fspath(self.image)

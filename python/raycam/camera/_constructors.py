@@ -187,15 +187,17 @@ class Constructors(CameraGeometry):
         what is no rotation.
         """
         if size is None:
-            raise CameraError("expected size, (width, height) in pixels")
+            raise CameraError("expected size, (width, height) in pixels", code="missing_value")
         given = [value for value in (world_from_camera, camera_from_world) if value is not None]
         if len(given) != 1:
-            raise CameraError("expected one of world_from_camera and camera_from_world")
+            raise CameraError("expected one of world_from_camera and camera_from_world", code="missing_value")
         name = "camera_from_world" if world_from_camera is None else "world_from_camera"
         table = floats(name, given[0], (4, 4), (3, 4), error=CameraError)
         if len(table) == 4 and table[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             hint = ": it is transposed" if table[:, 3].tolist() == [0.0, 0.0, 0.0, 1.0] else ""
-            raise CameraError(f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}")
+            raise CameraError(
+                f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}", code="invalid_matrix"
+            )
         return cls._posed(K, size, (table[:3, :3], table[:3, 3]), name, axes, up, lens)
 
     @classmethod
@@ -243,7 +245,7 @@ class Constructors(CameraGeometry):
         q = floats("quaternion", quaternion, (4,), error=CameraError)
         length = float(lengths(q))
         if abs(length - 1.0) > 1e-3:
-            raise CameraError(f"quaternion {q} has length {length:.6g}; expected 1")
+            raise CameraError(f"quaternion {q} has length {length:.6g}; expected 1", code="not_a_rotation")
         w, x, y, z = (q if order == "wxyz" else np.roll(q, 1)) / length
         turn = np.array(
             [

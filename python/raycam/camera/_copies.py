@@ -83,7 +83,8 @@ class Copies(Optics):
         if self.model in PANORAMIC:
             raise CameraError(
                 f"pinhole() cannot keep the K of lens model {self.model!r}, which is in pixels per radian; create a "
-                "camera with a K in pixels"
+                "camera with a K in pixels",
+                code="unsupported_camera",
             )
         table = {key: value for key, value in self.to_dict().items() if key not in ("lens", "distortion")}
         return self._with_same_photo(self.from_dict(table, up=self.up))
@@ -99,7 +100,7 @@ class Copies(Optics):
         )
         for name, value in (("x", left), ("y", top)):
             if not value.is_integer():
-                raise CameraError(f"{name} is {value}; expected a whole number of pixels")
+                raise CameraError(f"{name} is {value}; expected a whole number of pixels", code="wrong_type")
         shift = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
         new = size_of((width, height), error=CameraError)
         return self._with_intrinsics(product(shift, self.K), new)
@@ -128,9 +129,12 @@ class Copies(Optics):
         """
         share = number("balance", balance)
         if not 0.0 <= share <= 1.0:
-            raise CameraError(f"balance is {share}; expected 0 to 1")
+            raise CameraError(f"balance is {share}; expected 0 to 1", code="out_of_range")
         if self.is_parallel:
-            raise CameraError("undistorted() requires a camera with a centre; this camera has parallel rays")
+            raise CameraError(
+                "undistorted() requires a camera with a centre; this camera has parallel rays",
+                code="unsupported_camera",
+            )
         new = self.size if size is None else size_of(size, error=CameraError)
         inner, outer = _rectangles(self)
         K = np.eye(3)
@@ -154,7 +158,9 @@ class Copies(Optics):
         """
         refuse_other_types(source)
         if self.is_parallel or source.is_parallel or not np.allclose(self.C, source.C, rtol=0, atol=1e-9):
-            raise CameraError("pixel_map requires two cameras with the same centre C")
+            raise CameraError(
+                "pixel_map requires two cameras with the same centre C", code="unsupported_camera"
+            )
         origins, directions = self.rays()
         points = (origins + directions).reshape(-1, 3)
         pixels, seen = source.project(points)
@@ -194,7 +200,10 @@ class Copies(Optics):
 
 def _require_k(table: dict[str, Any]) -> None:
     if "matrix" in table:
-        raise CameraError("a camera created from a matrix P has no K to replace; use Camera.from_matrix")
+        raise CameraError(
+            "a camera created from a matrix P has no K to replace; use Camera.from_matrix",
+            code="unsupported_camera",
+        )
 
 
 def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
@@ -215,7 +224,8 @@ def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[f
         if not (directions[:, 2] > MIN_FORWARD).all():
             raise CameraError(
                 "pixels at the image border have no ray, or rays that point sideways or backwards; crop the image "
-                "first with cropped(), or choose the intrinsics yourself: pinhole().replace(K=...)"
+                "first with cropped(), or choose the intrinsics yourself: pinhole().replace(K=...)",
+                code="unsupported_camera",
             )
         planes.append(directions[:, :2] / directions[:, 2:])
     left, right, top, bottom = planes
@@ -223,5 +233,8 @@ def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[f
     everything = np.concatenate(planes)
     outer = list(zip(everything.min(axis=0), everything.max(axis=0), strict=True))
     if any(low >= high for low, high in inner):
-        raise CameraError("the lens folds the image border over itself; crop the image first with cropped()")
+        raise CameraError(
+            "the lens folds the image border over itself; crop the image first with cropped()",
+            code="unsupported_camera",
+        )
     return [(float(a), float(b)) for a, b in inner], [(float(a), float(b)) for a, b in outer]

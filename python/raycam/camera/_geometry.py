@@ -66,7 +66,8 @@ class CameraGeometry(DictSerializable):
         if self.is_parallel:
             raise CameraError(
                 "the rays of this camera are parallel: its centre lies at infinity. camera.center is its direction "
-                "as a homogeneous point, camera.location where depth counts from"
+                "as a homogeneous point, camera.location where depth counts from",
+                code="unsupported_camera",
             )
         return self.location
 
@@ -215,4 +216,6 @@ def _fixed(values: npt.ArrayLike, change: str) -> Floats:
 def refuse_other_types(camera: object, hint: str = "") -> None:
     """Raises `SettingsError` unless `camera` is a `raycam.Camera`."""
     if not isinstance(camera, CameraGeometry):
-        raise SettingsError(f"camera must be a raycam.Camera, not {type(camera).__name__}{hint}")
+        raise SettingsError(
+            f"camera must be a raycam.Camera, not {type(camera).__name__}{hint}", code="wrong_type"
+        )

@@ -156,7 +156,9 @@ def _moment(given: Any) -> tuple[float, Any]:
     try:
         time, camera = given
     except (TypeError, ValueError):
-        raise CameraError(f"a track is a list of (seconds, camera), not of {given!r}") from None
+        raise CameraError(
+            f"a track is a list of (seconds, camera), not of {given!r}", code="wrong_type"
+        ) from None
     return time, camera
 
 

@@ -83,7 +83,9 @@ class Camera(Constructors, Copies):
         k = matrix("K", K)
         if skew is not None:
             if k[0, 1] != 0.0:
-                raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
+                raise CameraError(
+                    f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}", code="conflicting_values"
+                )
             k[0, 1] = skew
         r = matrix("R", R)
         made = make("", k.tolist(), r.tolist(), vector("C", C), size, pixel_center)
@@ -124,16 +126,19 @@ class Camera(Constructors, Copies):
         if self._lens is not None:
             raise CameraError(
                 f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
-                f"{self._lens[1]}): give it the camera without distortion"
+                f"{self._lens[1]}): give it the camera without distortion",
+                code="unsupported_camera",
             )
         if self.is_parallel:
             raise CameraError(
                 f"{what} starts its rays at the camera centre C, and this camera has parallel rays: its centre lies "
-                "at infinity"
+                "at infinity",
+                code="unsupported_camera",
             )
         if self.shutter is not None:
             raise CameraError(
-                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()"
+                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()",
+                code="unsupported_camera",
             )
 
     def _repr_html_(self) -> str:

@@ -63,22 +63,24 @@ def _run(options: argparse.Namespace) -> None:
     from ..rig import Rig
 
     if options.to is not None and options.to not in WRITTEN_FORMATS:
-        raise SettingsError(f"--to: {nearest('format', options.to, list(WRITTEN_FORMATS))}")
+        raise SettingsError(
+            f"--to: {nearest('format', options.to, list(WRITTEN_FORMATS))}", code="unknown_name"
+        )
     file, name = find_calibration(options.file) or (options.file, "")
     cameras = cameras_in(file, options)
     images, times = {}, {}
     if isinstance(cameras, Cameras):
         images, times = cameras.images, _times(cameras.times, options.time_offset)
     elif options.time_offset is not None:
-        raise SettingsError("--time-offset requires a trajectory; a world has no times")
+        raise SettingsError("--time-offset requires a trajectory; a world has no times", code="missing_value")
     if name:
         if name not in cameras:
-            raise CameraError(nearest("camera", name, list(cameras)))
+            raise CameraError(nearest("camera", name, list(cameras)), code="unknown_name")
         cameras = {name: cameras[name]}
     cameras = derive_cameras(cameras, options)
     if options.to is None:
         if options.output is not None:
-            raise SettingsError("-o requires --to FORMAT")
+            raise SettingsError("-o requires --to FORMAT", code="missing_value")
         single = {name: item for name, item in cameras.items() if isinstance(item, Camera)}
         print(info_cameras(single, {name: item for name, item in cameras.items() if isinstance(item, Rig)}))
         return
@@ -101,11 +103,13 @@ def _times(times: Mapping[str, float], offset: str | None) -> dict[str, float]:
     if offset is None:
         return dict(times)
     if not times:
-        raise SettingsError("--time-offset requires a trajectory with times")
+        raise SettingsError("--time-offset requires a trajectory with times", code="missing_value")
     try:
         start = min(times.values()) if offset == "first" else float(offset)
     except ValueError:
-        raise SettingsError(f"--time-offset {offset}: expected a number of seconds, or first") from None
+        raise SettingsError(
+            f"--time-offset {offset}: expected a number of seconds, or first", code="invalid_value"
+        ) from None
     return {name: time - start for name, time in times.items()}
 
 

@@ -98,7 +98,7 @@ def _run(options: argparse.Namespace) -> None:
         print(contact_sheet(options.show))
         return
     if options.world is None or options.output is None:
-        raise SettingsError("expected WORLD and -o DIR, or --show DIR")
+        raise SettingsError("expected WORLD and -o DIR, or --show DIR", code="missing_value")
     from ..dataset import write
     from ..progress import frames_bar
     from ..randomize import Recipe
@@ -147,7 +147,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
         found = load_calibration(options.cameras, options)
         cameras, times = found, _times(found)
     if not cameras:
-        raise SettingsError(f"{options.cameras}: no cameras found")
+        raise SettingsError(f"{options.cameras}: no cameras found", code="missing_value")
     return cameras, times
 
 
@@ -161,11 +161,13 @@ def _from_offset(times: list[float] | None, offset: str | None) -> list[float] |
     if offset is None:
         return times
     if times is None:
-        raise SettingsError("--time-offset requires --cameras or --poses with times")
+        raise SettingsError("--time-offset requires --cameras or --poses with times", code="missing_value")
     try:
         start = min(times) if offset == "first" else float(offset)
     except ValueError:
-        raise SettingsError(f"--time-offset {offset}: expected a number of seconds, or first") from None
+        raise SettingsError(
+            f"--time-offset {offset}: expected a number of seconds, or first", code="invalid_value"
+        ) from None
     return [time - start for time in times]
 
 
@@ -178,7 +180,7 @@ def _rigs(
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):
-        raise SettingsError("--rig cannot be combined with --cameras and --sample")
+        raise SettingsError("--rig cannot be combined with --cameras and --sample", code="conflicting_values")
     rig = find_rig(world, options)
     assert rig is not None
     if options.poses is None:
@@ -194,7 +196,7 @@ def _option(text: str) -> tuple[str, Any]:
     """Parses KEY=VALUE; the value is JSON or a word."""
     key, equals, value = text.partition("=")
     if not equals:
-        raise SettingsError(f"--option {text}: expected KEY=VALUE")
+        raise SettingsError(f"--option {text}: expected KEY=VALUE", code="invalid_value")
     try:
         return key, json.loads(value)
     except ValueError:

@@ -36,7 +36,7 @@ def _run(options: argparse.Namespace) -> None:
     from ..explanation import SUBJECTS, check_figure, explain
 
     if options.of not in SUBJECTS:
-        raise SettingsError(f"--of {options.of}: expected {', '.join(SUBJECTS)}")
+        raise SettingsError(f"--of {options.of}: expected {', '.join(SUBJECTS)}", code="invalid_value")
     if options.figure is not None:
         check_figure(options.figure)
     world = load_world(options)

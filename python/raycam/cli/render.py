@@ -104,9 +104,13 @@ def _run(options: argparse.Namespace) -> None:
         _render_rig(options, output, world, rig, [*names, "disparity"] if paired else names)
         return
     if streamed and rig is not None:
-        raise SettingsError("-o - cannot be combined with --rig, which writes several images")
+        raise SettingsError(
+            "-o - cannot be combined with --rig, which writes several images", code="conflicting_values"
+        )
     if options.output is None and output.exists() and output.name in world.textures:
-        raise SettingsError(f"{output} is a texture of this world; choose another name with -o")
+        raise SettingsError(
+            f"{output} is a texture of this world; choose another name with -o", code="conflicting_values"
+        )
     check_save(output, names, camera.size)
 
     def save(frame: Frame) -> None:
@@ -172,7 +176,9 @@ def _render(
             print_result(f"shard {options.shard} is finished; {output} is written when all shards are")
         return
     if options.retry_failed or not options.resume:
-        raise SettingsError("--retry-failed and --no-resume require --workers, --cluster or --shard")
+        raise SettingsError(
+            "--retry-failed and --no-resume require --workers, --cluster or --shard", code="missing_value"
+        )
     lower_priority(options)
     save(_picture(options, world, camera, names, settings))
 
@@ -205,10 +211,13 @@ def _picture(
 
     if options.background is None:
         if options.background_camera is not None:
-            raise SettingsError("--background-camera requires --background FILE")
+            raise SettingsError("--background-camera requires --background FILE", code="missing_value")
         return one("rendering", names, dict(settings))
     if "color" not in names:
-        raise SettingsError(f"--background needs the channel color; requested channels: {', '.join(names)}")
+        raise SettingsError(
+            f"--background needs the channel color; requested channels: {', '.join(names)}",
+            code="missing_value",
+        )
     from ..render.background import picture_behind
     from ..render.composition import over, studio_shadow
 
@@ -240,11 +249,12 @@ def _turntable(options: argparse.Namespace) -> None:
 
     for name in ("at", "animation", "rig", "channels", "region", "bits", "half"):
         if getattr(options, name) is not None:
-            raise SettingsError(f"--{name} cannot be combined with --turntable")
+            raise SettingsError(f"--{name} cannot be combined with --turntable", code="conflicting_values")
     output = Path(options.output or Path(options.world).with_suffix(".mp4").name)
     if output.suffix and output.suffix.lower() not in ENDINGS:
         raise SettingsError(
-            f"{output}: --turntable renders a video; expected {', '.join(ENDINGS)}, or a folder for PNG images"
+            f"{output}: --turntable renders a video; expected {', '.join(ENDINGS)}, or a folder for PNG images",
+            code="unknown_format",
         )
     run_turntable(options, output)
 
@@ -254,7 +264,7 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
     rig = require_rig_only(world, options)
     if options.at is None:
         if options.animation is not None:
-            raise SettingsError("--animation requires --at SECONDS")
+            raise SettingsError("--animation requires --at SECONDS", code="missing_value")
         return world, find_camera(world, options) if rig is None else next(iter(rig.values())), rig
     moment = world.at(options.at, parse_animation(world, options.animation))
     # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
@@ -272,14 +282,15 @@ def _render_rig(
     """Renders and saves a frame for each camera of the rig."""
     if any(value is not None for value in (options.workers, options.cluster, options.shard)):
         raise SettingsError(
-            "--rig cannot be combined with --workers, --cluster and --shard; use raycam dataset"
+            "--rig cannot be combined with --workers, --cluster and --shard; use raycam dataset",
+            code="conflicting_values",
         )
     lower_priority(options)
     frames = rig.render(world, channels=names, region=options.region, **given_render_options(options))
     for path, (name, frame) in zip(
         save_all(frames, output, options.bits, options.half), frames.items(), strict=True
     ):
-        print_notices([f"{name}: {notice}" for notice in frame.notices])
+        print_notices([notice.in_context(name) for notice in frame.notices])
         _, _, width, height = frame.region
         print_result(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 

@@ -70,7 +70,8 @@ def _verify(options: argparse.Namespace) -> None:
         print(*wrong.values(), sep="\n")
         raise JobError(
             f"{options.folder}: {len(wrong)} files are damaged or missing; damaged files were renamed to .damaged, and "
-            "running the job's command again restores all of them"
+            "running the job's command again restores all of them",
+            code="damaged_job",
         )
     state = job.status()
     print(f"{options.folder}: {state.finished} of {state.frames} frames finished, all files intact")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from .options.cameras import add_camera
 from .options.command import Command
 from .options.framing import find_camera, find_orbit_camera, is_framed, reject_options
@@ -147,8 +147,8 @@ def _run(options: argparse.Namespace) -> None:
     if rig is None:
         world, camera, settings = _seen(world, options, settings)
     elif options.turntable:
-        raise SettingsError("--turntable cannot be combined with --rig")
-    told: set[str] = set()
+        raise SettingsError("--turntable cannot be combined with --rig", code="conflicting_values")
+    told: set[Notice] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):
             output = target if name is None else str(per_camera_path(Path(target), name))

@@ -96,7 +96,8 @@ def _run(options: argparse.Namespace) -> None:
     elif options.compare is not None:
         raise SettingsError(
             f"{options.compare}: cannot be compared with {options.world}, which is a world; expected two frames saved "
-            "as .npz or .exr"
+            "as .npz or .exr",
+            code="conflicting_values",
         )
     else:
         _view_world(options)
@@ -126,7 +127,8 @@ def _refuse_others(options: argparse.Namespace) -> None:
         named = ", ".join(f"--{name.removeprefix('first_').replace('_', '-')}" for name in others)
         shown = ", ".join(f"--{name}" for name in FRAME_OPTIONS)
         raise SettingsError(
-            f"{named}: not supported for the saved frame {options.world}; supported: {shown} and --no-browser"
+            f"{named}: not supported for the saved frame {options.world}; supported: {shown} and --no-browser",
+            code="conflicting_values",
         )
 
 
@@ -212,7 +214,9 @@ def _check_host(options: argparse.Namespace) -> None:
     try:
         is_own = options.host == "localhost" or ipaddress.ip_address(options.host).is_loopback
     except ValueError:
-        raise SettingsError(f"--host {options.host}: expected an address, such as 0.0.0.0 or ::1") from None
+        raise SettingsError(
+            f"--host {options.host}: expected an address, such as 0.0.0.0 or ::1", code="invalid_value"
+        ) from None
     if not is_own and not options.yes:
         raise SettingsError(
             f"--host {options.host}: other people on the network could connect, and the connection is not encrypted; "

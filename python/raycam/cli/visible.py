@@ -61,9 +61,11 @@ def _run(options: argparse.Namespace) -> None:
 
     ending = os.path.splitext(options.output or ".ply")[1].lower()
     if ending not in ENDINGS:
-        raise SettingsError(f"-o {options.output}: expected a name that ends in .ply, .npz or .glb")
+        raise SettingsError(
+            f"-o {options.output}: expected a name that ends in .ply, .npz or .glb", code="unknown_format"
+        )
     if ending == ".glb" and not options.cull:
-        raise SettingsError(f"-o {options.output}: a .glb file requires --cull")
+        raise SettingsError(f"-o {options.output}: a .glb file requires --cull", code="missing_value")
     world = load_world(options)
     cameras = photograph_cameras(options)
     seen = surface_visibility(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from .. import _core
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
 from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit
@@ -38,7 +38,7 @@ SILENCE_TIMEOUT = (
 POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 
 
-def connect(address: str, threads: int | None = None, tell: Callable[[str], object] = warn) -> DaskPool:
+def connect(address: str, threads: int | None = None, tell: Callable[[Notice], object] = warn) -> DaskPool:
     """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts one of N processes.
 
     `tell` is called with a notice while the pool waits for workers.
@@ -48,15 +48,21 @@ def connect(address: str, threads: int | None = None, tell: Callable[[str], obje
     try:
         import distributed
     except ImportError:
-        raise SettingsError(f"{address}: Dask is not installed; pip install 'raycam[cluster]'") from None
+        raise SettingsError(
+            f"{address}: Dask is not installed; pip install 'raycam[cluster]'", code="missing_dependency"
+        ) from None
     kind, _, rest = address.partition(":")
     if kind == "local":
         if not rest.isdigit() or int(rest) < 1:
-            raise SettingsError(f"{address!r}: expected local:N with N processes, as in local:4")
+            raise SettingsError(
+                f"{address!r}: expected local:N with N processes, as in local:4", code="invalid_value"
+            )
         cluster = _local(address, int(rest))
         return DaskPool(distributed.Client(cluster), threads, cluster, tell)
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
-        raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
+        raise SettingsError(
+            f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N", code="invalid_value"
+        )
     try:
         return DaskPool(
             distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False), threads, tell=tell
@@ -108,7 +114,7 @@ class DaskPool:
         client: Any,
         threads: int | None = None,
         cluster: Any = None,
-        tell: Callable[[str], object] = warn,
+        tell: Callable[[Notice], object] = warn,
     ) -> None:
         self._client, self._cluster, self._tell = client, cluster, tell
         self._processes = 0 if cluster is None else len(cluster.workers)
@@ -121,13 +127,14 @@ class DaskPool:
         """Futures of submitted frames: for each, Dask's future and the addresses of the workers it was sent to."""
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         """Notices for the user."""
         if not _is_private(client.scheduler.address):
-            self.notices.append(
+            message = (
                 f"{client.scheduler.address} is neither encrypted nor authenticated: whoever reaches it can run "
                 "programs on its workers; use tls:// or a network of your own"
             )
+            self.notices.append(Notice(message, "insecure_cluster"))
 
     def threads(self, left: int) -> int | None:
         """The given threads, or else all threads of a worker that has its machine to itself (None), or 1."""
@@ -228,20 +235,21 @@ class DaskPool:
         """Reports, at growing intervals, that there is no worker, and then that there is one."""
         if self._workers:
             if self._next_report > SILENCE_TIMEOUT:
-                self._tell("there is a worker now: it goes on")
+                self._tell(Notice("a worker is available: rendering continues", "waiting_for_workers"))
             self._alone_since, self._next_report = None, SILENCE_TIMEOUT
             return
         self._alone_since = self._polled_at if self._alone_since is None else self._alone_since
         seconds = self._polled_at - self._alone_since
         if seconds >= self._next_report:
             self._next_report = 2 * seconds
-            self._tell(
+            message = (
                 f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: "
                 f"waiting for one (dask worker {self._client.scheduler.address})"
             )
+            self._tell(Notice(message, "waiting_for_workers"))
 
     def _report_unfit(self, worker: str, reason: str) -> None:
-        self.notices.append(f"{worker} makes no frames: {reason}")
+        self.notices.append(Notice(f"{worker} makes no frames: {reason}", "unusable_worker"))
 
     def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
         """Passes a result on; an unfit worker is probed again."""

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..io.temp_stream import TempStream
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import MAX_ATTEMPTS, Pool, PoolLost
@@ -29,7 +29,7 @@ def make_pool(
     where: int | str | Executor | Callable[[], Executor] | None = None,
     *,
     threads: int | None = None,
-    tell: Callable[[str], object] = warn,
+    tell: Callable[[Notice], object] = warn,
 ) -> contextlib.AbstractContextManager[Pool]:
     """Returns a context manager with a pool of workers for `Job.run`.
 
@@ -49,7 +49,7 @@ def make_pool(
     if where is None:
         return contextlib.closing(InProcessPool(threads))
     if isinstance(where, bool) or (isinstance(where, int) and where < 1):
-        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
+        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}", code="wrong_type")
     if isinstance(where, int):
         return contextlib.closing(ProcessPool(where, threads))
     if isinstance(where, str):
@@ -61,7 +61,7 @@ class InProcessPool:
     """Renders in this process, one frame after the other on all `threads`, while the previous frame is encoded."""
 
     apart = False
-    notices: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     def __init__(self, threads: int | None = None) -> None:
         self._threads = threads
@@ -102,7 +102,7 @@ class ExecutorPool:
     """Renders on a `concurrent.futures.Executor`, or on those of a function that makes a new one after each failure."""
 
     apart = True
-    notices: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     def __init__(
         self, executor: Executor | Callable[[], Executor], slots: int = 8, threads: int | None = None

@@ -20,7 +20,7 @@ from concurrent.futures import Future
 from typing import IO, Any
 
 from .. import _core, errors
-from ..errors import Error
+from ..errors import Error, Notice
 from ..io import memory_limits
 from ..io.temp_stream import TempStream, TempStreamError
 from ..jobs.job_package import JobPackage
@@ -80,14 +80,15 @@ class ProcessPool:
         return 2 * len(self._servants)
 
     @property
-    def notices(self) -> list[str]:
+    def notices(self) -> list[Notice]:
         """A notice if fewer workers than requested were started."""
         started = len(self._servants)
         if not 0 < started < self._count:
             return []
-        return [
+        message = (
             f"{started} of {self._count} workers were started: the memory that is left would not hold more"
-        ]
+        )
+        return [Notice(message, "unusable_worker")]
 
     def pids(self) -> list[int]:
         """The process ids of the workers."""
@@ -180,7 +181,9 @@ class _Worker:
             }
         except (EOFError, BrokenPipeError):
             raise WorkerDied(self.end()) from None
-        return FrameResult(task.frame, files, answer["notices"], answer["seconds"])
+        return FrameResult(
+            task.frame, files, [Notice(**notice) for notice in answer["notices"]], answer["seconds"]
+        )
 
     def end(self) -> str:
         """Ends the process; returns its exit status and the end of its error output as text."""

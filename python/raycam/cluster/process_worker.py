@@ -50,7 +50,8 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
                     sizes.append((name, len(data)))
                 else:
                     sizes.append((name, None))
-            answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
+            answer: dict[str, Any] = {"files": sizes, "seconds": made.seconds}
+            answer["notices"] = [notice.to_json() for notice in made.notices]
         except Exception as fault:
             answer = {"error": type(fault).__name__, "text": str(fault), "trace": traceback.format_exc()}
         answers.write(json.dumps(answer).encode() + b"\n")

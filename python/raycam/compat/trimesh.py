@@ -256,7 +256,8 @@ def _rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Fl
     pair = [np.array(values, dtype=np.float64) for values in (origins, directions)]
     if pair[0].shape != pair[1].shape or pair[0].ndim != 2 or pair[0].shape[1] != 3:
         raise SettingsError(
-            f"ray_origins {list(pair[0].shape)} and ray_directions {list(pair[1].shape)} must both be [n, 3]"
+            f"ray_origins {list(pair[0].shape)} and ray_directions {list(pair[1].shape)} must both be [n, 3]",
+            code="wrong_shape",
         )
     return pair[0], pair[1]
 
@@ -264,5 +265,5 @@ def _rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Fl
 def _points(points: npt.ArrayLike) -> Floats:
     array = np.asarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise SettingsError(f"points must be [n, 3], not {list(array.shape)}")
+        raise SettingsError(f"points must be [n, 3], not {list(array.shape)}", code="wrong_shape")
     return array

@@ -58,7 +58,7 @@ def sky() -> Path:
 def path(name: str = "spot/cow.obj") -> Path:
     """The path of a bundled file, one of `NAMES`; raises `SettingsError` with the nearest name for another."""
     if name not in NAMES:
-        raise SettingsError(nearest("file of raycam.data", name, list(NAMES)))
+        raise SettingsError(nearest("file of raycam.data", name, list(NAMES)), code="unknown_name")
     return Path(str(resources.files("raycam") / "assets")) / name
 
 

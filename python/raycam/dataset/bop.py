@@ -30,7 +30,8 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}"
+                f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}",
+                code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
     given = plan.options["model_ids"]
@@ -40,14 +41,17 @@ def check(plan: Plan) -> None:
         isinstance(name, str) and isinstance(number, int) and number > 0 for name, number in given.items()
     ):
         raise SettingsError(
-            f'model_ids must map categories or object names to whole numbers from 1, as {{"mug": 5}}; got {given!r}'
+            f'model_ids must map categories or object names to whole numbers from 1, as {{"mug": 5}}; got {given!r}',
+            code="wrong_type",
         )
     if len(set(given.values())) < len(given):
-        raise SettingsError(f"model_ids has the same id for two names: {dict(given)}")
+        raise SettingsError(f"model_ids has the same id for two names: {dict(given)}", code="duplicate_name")
     known = set(plan.categories.values()) | {item.name for item in plan.objects}
     for name in given:
         if name not in known:
-            raise SettingsError(nearest("category or object in model_ids", name, sorted(known)))
+            raise SettingsError(
+                nearest("category or object in model_ids", name, sorted(known)), code="unknown_name"
+            )
 
 
 def make(plan: Plan, number: int) -> Made:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..annotations.labels import box3d
 from ..arguments import Floats, lengths, product
+from ..errors import Notice
 from .per_world import in_world, part, world_count
 from .plan import Plan, Record
 
@@ -126,7 +127,7 @@ class ModelCatalogue:
         """For each world, the ids in the data set by the numbers of the shapes in the world."""
         self.all: list[Model] = []
         """The models, by id."""
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         """Notices about ids that could not be those of categories."""
         pairs: list[dict[int, Model]] = [{} for _ in self.ids]
         if plan.recipe is None:
@@ -177,11 +178,12 @@ class ModelCatalogue:
             number = next(unused)
             taken[number] = model
             if numbers:
-                self.notices.append(
+                text = (
                     f"bop: category {sorted(model.categories)[0]} has more than one shape; obj_id {numbers[0]} is the "
                     f"first of them, and another one has obj_id {number}: give each shape its own category, or use "
                     "model_ids"
                 )
+                self.notices.append(Notice(text, "duplicate_name"))
         for number, model in taken.items():
             model.id = number
         self.all.sort(key=lambda one: one.id)

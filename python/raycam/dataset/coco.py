@@ -24,22 +24,28 @@ def check(plan: Plan) -> None:
     """Raises `SettingsError` for invalid options."""
     kind = plan.options["segmentation"]
     if kind not in ("rle", "polygon"):
-        raise SettingsError(f'segmentation is {kind!r}, expected "rle" or "polygon"')
+        raise SettingsError(f'segmentation is {kind!r}, expected "rle" or "polygon"', code="invalid_value")
     for name, points in plan.options["keypoints"].items():
         if name not in plan.categories.values():
             raise SettingsError(
-                f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}"
+                f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}",
+                code="unknown_name",
             )
         wanted = {"names", "points"}
         if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton", "triangles"}):
             raise SettingsError(
-                f'keypoints of {name!r}: expected "names", "points" and perhaps "triangles", "skeleton"'
+                f'keypoints of {name!r}: expected "names", "points" and perhaps "triangles", "skeleton"',
+                code="wrong_shape",
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
-            raise SettingsError(f"keypoints of {name!r}: expected one point [3] for each of the names")
+            raise SettingsError(
+                f"keypoints of {name!r}: expected one point [3] for each of the names", code="wrong_shape"
+            )
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
-            raise SettingsError(f"keypoints of {name!r}: expected one of triangles for each of the names")
+            raise SettingsError(
+                f"keypoints of {name!r}: expected one of triangles for each of the names", code="wrong_shape"
+            )
 
 
 def make(plan: Plan, number: int) -> Made:

@@ -35,11 +35,14 @@ def check(plan: Plan) -> None:
         try:
             model(view.camera)
         except CameraError as fault:
-            raise CameraError(f"camera {number}: {fault}") from None
+            raise CameraError(f"camera {number}: {fault}", code=fault.code) from None
     colmap_rigs.check(plan)
     points = plan.options["points"]
     if not (isinstance(points, int) and points >= 1):
-        raise SettingsError(f"points is {points!r}, expected how many surface points to sample, at least 1")
+        raise SettingsError(
+            f"points is {points!r}, expected how many surface points to sample, at least 1",
+            code="out_of_range",
+        )
 
 
 def model(camera: Camera) -> str:

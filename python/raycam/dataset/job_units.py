@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import JobError
+from ..errors import JobError, Notice
 from ..io.temp_stream import Piece
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, Progress, register
@@ -93,7 +93,7 @@ def _maker(kind: Format, plan: Plan) -> FrameMaker:
 
     def make(
         number: int, progress: Progress | None
-    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]:
+    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[Notice]]:
         plan.watch = progress
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
@@ -132,7 +132,10 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
-        raise JobError(f"{settings['folder']}: {', '.join(changed)}: not as it was when the job began")
+        raise JobError(
+            f"{settings['folder']}: {', '.join(changed)}: not as it was when the job began",
+            code="changed_input",
+        )
     pairs = list(zip(cameras, settings["names"], strict=True))
     shots = [View(camera, None, i, name) for i in range(settings["worlds"]) for camera, name in pairs]
     return Plan(recipe.world(0), shots, rendering, options, threads, recipe)
@@ -143,7 +146,8 @@ def _with(world: World, cameras: list[Any]) -> World:
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
         raise JobError(
-            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are for the views"
+            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are for the views",
+            code="duplicate_name",
         )
     return world.with_cameras({f"{PREFIX}-{number:06d}": camera for number, camera in enumerate(cameras)})
 

@@ -34,25 +34,42 @@ def check(plan: Plan) -> None:
     """Raises an error unless cameras are pinholes without skew, and, for flow, of one size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
-            raise CameraError(f"camera {number} has a lens or skew, and KITTI's have neither: {NO_LENSES}")
+            raise CameraError(
+                f"camera {number} has a lens or skew, and KITTI's have neither: {NO_LENSES}",
+                code="unsupported_camera",
+            )
     baseline = plan.options["baseline"]
     if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
-        raise SettingsError(f"baseline is {baseline!r}, expected metres to the right camera, more than 0")
+        raise SettingsError(
+            f"baseline is {baseline!r}, expected metres to the right camera, more than 0", code="out_of_range"
+        )
     if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
-        raise SettingsError("rigs and single cameras together: KITTI's pictures are all of pairs, or none is")
+        raise SettingsError(
+            "rigs and single cameras together: KITTI's pictures are all of pairs, or none is",
+            code="conflicting_values",
+        )
     for frame in plan.rigs:
         if baseline is not None:
-            raise SettingsError("baseline is of a single camera, and these are rigs, which have their own")
+            raise SettingsError(
+                "baseline is of a single camera, and these are rigs, which have their own",
+                code="conflicting_values",
+            )
         if len(frame) != 2:
-            raise SettingsError(f"a rig of {len(frame)} cameras; KITTI's has two, the left and the right one")
+            raise SettingsError(
+                f"a rig of {len(frame)} cameras; KITTI's has two, the left and the right one",
+                code="wrong_shape",
+            )
         check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)
     if baseline is not None:
         for view in plan.shots:
             check_rectified(view.camera, shifted_camera(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
-        raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
+        raise SettingsError(
+            "flow goes from each view to the next of the same world: not with a recipe",
+            code="conflicting_values",
+        )
     if plan.options["flow"] and units(plan) < 2:
-        raise SettingsError("flow goes from each view to the next: there is only one")
+        raise SettingsError("flow goes from each view to the next: there is only one", code="missing_value")
 
 
 def units(plan: Plan) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Bools
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from .plan import Record
 
 __all__ = ["DEPTH_SCALES", "KEY", "check_depth_scale", "depth_units", "lost", "lost_notices"]
@@ -23,7 +23,9 @@ KEY = "lost"
 def check_depth_scale(scale: Any) -> None:
     """Raises `SettingsError` unless `scale` is None or a number of millimetres per unit, more than 0."""
     if scale is not None and not (isinstance(scale, int | float) and scale > 0):
-        raise SettingsError(f"depth_scale is {scale!r}, expected millimetres per unit, more than 0")
+        raise SettingsError(
+            f"depth_scale is {scale!r}, expected millimetres per unit, more than 0", code="out_of_range"
+        )
 
 
 def depth_units(
@@ -54,7 +56,7 @@ def lost(what: str, pixels: Bools, of: Bools) -> Record:
     return {KEY: {what: [count, int(np.count_nonzero(of))]}} if count else {}
 
 
-def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[str]:
+def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
     """One notice for each kind of value, with the share of pixels and the number of images."""
     totals: dict[str, list[int]] = {}
     for record in records:
@@ -64,11 +66,12 @@ def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> l
     return [_lost_notice(format, what, *total) for what, total in totals.items()]
 
 
-def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> str:
+def _lost_notice(format: str, what: str, count: int, of: int, images: int) -> Notice:
     written = "marked as invalid" if what.startswith("flow") else "written as 0"
     share = f"{count} of {of} pixels with a value ({100.0 * count / of:.3g} %)"
     where = f"in {images} image{'' if images == 1 else 's'}"
     remedy = ""
     if what.startswith("depth") and format != "kitti":
         remedy = "; use a larger depth_scale (millimetres per unit)"
-    return f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"
+    message = f"{format} cannot represent {what}: {share} are {written}, {where}{remedy}"
+    return Notice(message, "values_lost")

@@ -34,11 +34,13 @@ def check(plan: Plan) -> None:
         if camera.model not in MODELS:
             raise CameraError(
                 f"camera {number}: transforms.json does not support lens model {camera.model}; supported: "
-                f"{', '.join(MODELS)}"
+                f"{', '.join(MODELS)}",
+                code="unsupported_camera",
             )
         if camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number}: transforms.json does not support skew; K[0, 1] is {camera.K[0, 1]}"
+                f"camera {number}: transforms.json does not support skew; K[0, 1] is {camera.K[0, 1]}",
+                code="unsupported_camera",
             )
         if camera.model == "equirectangular":
             check_whole_panorama(camera, number)
@@ -46,13 +48,15 @@ def check(plan: Plan) -> None:
             names = ", ".join(DISTORTION[camera.model])
             raise CameraError(
                 f"camera {number}: transforms.json supports the coefficients {names} of lens model {camera.model}; "
-                f"distortion is {camera.distortion.tolist()}"
+                f"distortion is {camera.distortion.tolist()}",
+                code="unsupported_camera",
             )
     models = sorted({view.camera.model for view in plan.shots})
     if len(models) > 1:
         raise CameraError(
             f"the cameras have the lens models {', '.join(models)}; a transforms.json has one camera_model: "
-            "write a data set for each"
+            "write a data set for each",
+            code="unsupported_camera",
         )
 
 
@@ -67,7 +71,8 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
     if whole is None or not np.allclose(camera.K, whole.K, rtol=0, atol=1e-9 * width):
         raise CameraError(
             f"camera {number}: transforms.json supports only panoramas of all directions, twice as wide as high; "
-            f"create it with Camera.equirectangular, size=(2 * height, height); size is {camera.size}"
+            f"create it with Camera.equirectangular, size=(2 * height, height); size is {camera.size}",
+            code="unsupported_camera",
         )
 
 

@@ -17,7 +17,7 @@ from .. import _core
 from ..annotations.labels import Label, label
 from ..arguments import Floats
 from ..camera import Camera
-from ..errors import CameraError, SettingsError, nearest
+from ..errors import CameraError, Notice, SettingsError, nearest
 from ..io.temp_stream import Piece
 from ..randomize import Recipe
 from ..render import render
@@ -69,7 +69,7 @@ class Format:
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
     """True if the format stores one pose and K for each picture."""
-    notices: Callable[[Plan], list[str]] = field(default=lambda plan: [])
+    notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 
 
@@ -110,7 +110,7 @@ class Plan:
         known: Plan | None = None,
     ) -> None:
         if not shots:
-            raise SettingsError("the data set has no views; pass at least one camera")
+            raise SettingsError("the data set has no views; pass at least one camera", code="missing_value")
         self.world = world
         """The world; for a recipe, the first one."""
         self.shots = list(shots)
@@ -312,8 +312,8 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
     for name in options:
         if name not in known:
             if not known:
-                raise SettingsError(f"{name}: {what} has no options")
-            raise SettingsError(nearest(f"option of {what}", name, list(known)))
+                raise SettingsError(f"{name}: {what} has no options", code="unknown_key")
+            raise SettingsError(nearest(f"option of {what}", name, list(known)), code="unknown_key")
     return {**known, **options}
 
 
@@ -322,13 +322,15 @@ def check_poses(plan: Plan, format: str) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.is_parallel:
             raise CameraError(
-                f"camera {number} has parallel rays; {format} has K and a place for each camera, and this one has none"
+                f"camera {number} has parallel rays; {format} has K and a place for each camera, and this one has none",
+                code="unsupported_camera",
             )
         shutter = view.camera.shutter
         if shutter is not None and shutter["readout"] > 0 and len(shutter["track"]) > 1:
             raise CameraError(
                 f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
-                "webdataset have none, or the whole camera"
+                "webdataset have none, or the whole camera",
+                code="unsupported_camera",
             )
 
 

@@ -23,15 +23,19 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         camera = view.camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
-            raise CameraError(f"camera {number} has a lens or skew, and RGB-D sequences neither: {NO_LENSES}")
+            raise CameraError(
+                f"camera {number} has a lens or skew, and RGB-D sequences neither: {NO_LENSES}",
+                code="unsupported_camera",
+            )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
             raise CameraError(
-                f"camera {number} has another K or size than the first; an RGB-D sequence has one camera"
+                f"camera {number} has another K or size than the first; an RGB-D sequence has one camera",
+                code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
     fps = plan.options["fps"]
     if not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
+        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
 
 
 def check_tum(plan: Plan) -> None:
@@ -43,7 +47,8 @@ def check_tum(plan: Plan) -> None:
         if time in views:
             raise SettingsError(
                 f"views {views[time]} and {number} are both of the time {time}, which names their pictures; an RGB-D"
-                " sequence has one at a time"
+                " sequence has one at a time",
+                code="duplicate_name",
             )
         views[time] = number
 
@@ -102,7 +107,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
         ("label", np.maximum(shot.channel(frame, "category"), 0)),
     ):
         if ids.max() > 65535:
-            raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG")
+            raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG", code="out_of_range")
         made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
     return made, loss
 

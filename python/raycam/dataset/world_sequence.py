@@ -44,17 +44,22 @@ class WorldSequence:
         self._iterator: Iterator[World] | None = None
         if self._sequence is not None:
             if count is not None and count != len(self._sequence):
-                raise SettingsError(f"count is {count}, but worlds has {len(self._sequence)}; omit count")
+                raise SettingsError(
+                    f"count is {count}, but worlds has {len(self._sequence)}; omit count",
+                    code="conflicting_values",
+                )
             count = len(self._sequence)
         elif self._function is None:
             if not isinstance(worlds, Iterable) or isinstance(worlds, str | Mapping):
                 raise SettingsError(
-                    f"worlds must be an iterable of worlds or a function of their number, got {type(worlds).__name__}"
+                    f"worlds must be an iterable of worlds or a function of their number, got {type(worlds).__name__}",
+                    code="wrong_type",
                 )
             self._iterator = iter(worlds)
         if count is None:
             raise SettingsError(
-                "count is missing: the number of worlds that the function or the iterator returns"
+                "count is missing: the number of worlds that the function or the iterator returns",
+                code="missing_value",
             )
         self.count = whole("count", count, 1, MAX_WORLDS)
         """The number of worlds."""
@@ -105,26 +110,31 @@ class WorldSequence:
         while number >= self._next:
             world = next(self._iterator, None)
             if world is None:
-                raise WorldError(f"the iterator of worlds ended after {self._next}; count is {self.count}")
+                raise WorldError(
+                    f"the iterator of worlds ended after {self._next}; count is {self.count}",
+                    code="conflicting_values",
+                )
             self._cached[self._next] = self._checked(world, self._next)
             self._next += 1
             while len(self._cached) > MAX_CACHED_WORLDS:
                 self._cached.popitem(last=False)
         if number not in self._cached:
             raise WorldError(
-                f"world {number} of an iterator is needed again; use a function or a list of worlds"
+                f"world {number} of an iterator is needed again; use a function or a list of worlds",
+                code="conflicting_values",
             )
         return self._cached[number]
 
     def _checked(self, world: World, number: int) -> World:
         if not isinstance(world, World):
-            raise WorldError(f"world {number} must be a World, got {type(world).__name__}")
+            raise WorldError(f"world {number} must be a World, got {type(world).__name__}", code="wrong_type")
         known = getattr(self, "categories", None)
         for name in world.categories.values():
             if known is not None and name not in known.values():
                 raise WorldError(
                     f"world {number} has the category {name!r}, which the data set does not have; list all of "
-                    "them with categories=[...]"
+                    "them with categories=[...]",
+                    code="unknown_name",
                 )
         return world
 

@@ -20,7 +20,7 @@ from ..arguments import several, whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
-from ..errors import SettingsError, nearest
+from ..errors import Notice, SettingsError, nearest
 from ..io import atomic_files
 from ..jobs.job import Job
 from ..jobs.worker import FrameResult
@@ -60,7 +60,7 @@ class DatasetResult:
     """The number of units of work (views, or tar files of them) that this call made; the others existed before."""
     complete: bool = True
     """True if all views are finished; without the views of other shards, there are no index files yet."""
-    notices: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     """Notices about workers, damaged files, views, and values that the format cannot hold, one for each cause."""
 
 
@@ -94,7 +94,10 @@ def views(
     if times is not None:
         moments = [float(time) for time in times]
     if len(moments) != len(chosen_cameras):
-        raise SettingsError(f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each")
+        raise SettingsError(
+            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each",
+            code="wrong_shape",
+        )
     found = []
     labels = list(cameras) if isinstance(cameras, Mapping) else [None] * len(chosen_cameras)
     images = cameras.images if isinstance(cameras, Cameras) else {}
@@ -126,7 +129,7 @@ def write(
     shard: tuple[int, int] | None = None,
     retry_failed: bool = False,
     progress: Progress | None = None,
-    tell: Callable[[str], object] = warn,
+    tell: Callable[[Notice], object] = warn,
     licence: str = "",
     **options: Any,
 ) -> DatasetResult:
@@ -205,9 +208,9 @@ def write(
     not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
     """
     if folder is None:
-        raise SettingsError("folder is missing: the folder of the data set")
+        raise SettingsError("folder is missing: the folder of the data set", code="missing_value")
     if format not in FORMATS:
-        raise SettingsError(nearest("format", format, list(FORMATS)))
+        raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
     source = _source(world, worlds, count, categories)
     _check_source(source, format, workers)
@@ -222,11 +225,11 @@ def write(
     late = [*late_times(plan), *unposed_cameras(plan), *kind.notices(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
-    damaged = job.status().damaged
+    damaged = job.status().notices
     if plan.recipe is None:
         plan.world = what.world  # the same world, so that its acceleration structures are built once
     made = 0
-    said: list[str] = []
+    said: list[Notice] = []
 
     def finished(unit: FrameResult) -> None:
         nonlocal made
@@ -283,10 +286,14 @@ def _check_source(source: World | Recipe | WorldSequence, format: str, workers: 
         return
     if workers is not None:
         raise SettingsError(
-            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)"
+            "workers cannot be used with worlds, which are made in this process; use shard=(i, n)",
+            code="conflicting_values",
         )
     if source.is_iterator and (format == "bop" or not FORMATS[format].many_worlds):
-        raise SettingsError(f"{format} needs the worlds again for its index files; use a list or a function")
+        raise SettingsError(
+            f"{format} needs the worlds again for its index files; use a list or a function",
+            code="conflicting_values",
+        )
 
 
 def _source(
@@ -298,12 +305,16 @@ def _source(
     """The world, or the source of many worlds."""
     if worlds is not None:
         if world is not None:
-            raise SettingsError("world and worlds are both given; expected one of them")
+            raise SettingsError(
+                "world and worlds are both given; expected one of them", code="conflicting_values"
+            )
         return WorldSequence(worlds, count, categories)
     if categories is not None:
-        raise SettingsError("categories requires worlds; a world and a recipe have their own")
+        raise SettingsError(
+            "categories requires worlds; a world and a recipe have their own", code="conflicting_values"
+        )
     if world is None:
-        raise SettingsError("world is missing: a world, a recipe, or worlds=")
+        raise SettingsError("world is missing: a world, a recipe, or worlds=", code="missing_value")
     if isinstance(world, World | Recipe):
         return world
     return world_of(world) if count is None else Recipe(world)
@@ -321,10 +332,12 @@ def make_plan(
     """Plans the views of a world, or of many worlds."""
     if isinstance(world, World):
         if count is not None:
-            raise SettingsError("count requires a recipe or worlds; got a single world")
+            raise SettingsError(
+                "count requires a recipe or worlds; got a single world", code="conflicting_values"
+            )
         return Plan(world, views(world, cameras, times), rendering, options, threads)
     if times is not None:
-        raise SettingsError("times cannot be used with a recipe or worlds")
+        raise SettingsError("times cannot be used with a recipe or worlds", code="conflicting_values")
     given_count = world.count if isinstance(world, WorldSequence) else 1 if count is None else count
     worlds = whole("count", given_count, 1, MAX_WORLDS)
     first = world.world(0)
@@ -336,7 +349,10 @@ def make_plan(
         shots = [View(camera, None, i, name) for i in range(worlds) for name, camera in seen.items()]
     else:
         if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):
-            raise SettingsError("a rig cannot be used with a recipe or worlds; use the rig's cameras")
+            raise SettingsError(
+                "a rig cannot be used with a recipe or worlds; use the rig's cameras",
+                code="conflicting_values",
+            )
         given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
         sought = isinstance(world, Recipe) and any("see" in row for row in world.description["camera"])
         if (
@@ -347,7 +363,8 @@ def make_plan(
             raise SettingsError(
                 "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
                 'poses are drawn by see; omit cameras, and write calibration = "FILE" into [[camera]] instead of size, '
-                "fov or K"
+                "fov or K",
+                code="conflicting_values",
             )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
@@ -357,7 +374,7 @@ UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), 
 """The least numbers that are times since 1970 in these units."""
 
 
-def late_times(plan: Plan) -> list[str]:
+def late_times(plan: Plan) -> list[Notice]:
     """The notice that times lie before or after the world's video or animations, where nothing moves any more."""
     video = plan.world.video
     ends = [animation.duration for animation in plan.world.animations]
@@ -371,24 +388,27 @@ def late_times(plan: Plan) -> list[str]:
     first = out[0]
     unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
     many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
-    return [
+    message = (
         f"{many} are outside of what moves in the world (0 to {max(ends):g} s): the first is {first!r}{unit}. The "
         "world stands still there: give seconds from its beginning (--time-offset first)"
-    ]
+    )
+    return [Notice(message, "outside_times")]
 
 
-def unposed_cameras(plan: Plan) -> list[str]:
+def unposed_cameras(plan: Plan) -> list[Notice]:
     """The notice that all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
-    return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
+    message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"
+    return [Notice(message, "unposed_camera")]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
     """Returns cameras and rigs as a list; raises `SettingsError` for anything else."""
     if isinstance(cameras, str | Path):
         raise SettingsError(
-            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})"
+            f"cameras must be cameras or rigs, got {cameras!r}; use raycam.load_cameras({cameras!r})",
+            code="wrong_type",
         )
     found = (
         list(cameras.values())
@@ -398,7 +418,8 @@ def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list
     for item in found:
         if not isinstance(item, Camera | Rig):
             raise SettingsError(
-                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name"
+                f"cameras must be cameras or rigs, got {item!r}; use world.cameras[name] for a name",
+                code="wrong_type",
             )
     return found
 

@@ -80,7 +80,7 @@ class Explanation(PixelSteps):
         another word.
         """
         if of not in SUBJECTS:
-            raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}")
+            raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}", code="invalid_value")
         if of == "light":
             return light_figure(self, self.lighting(), self.light_path())
         return tree_figure(self, self.tree()) if of == "tree" else figure.figure(self)
@@ -114,7 +114,9 @@ def explain(
     if pixel is None:  # explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
     if pixel is None:
-        raise SettingsError("pixel is missing: (column, row), whole numbers from (0, 0) at the top left")
+        raise SettingsError(
+            "pixel is missing: (column, row), whole numbers from (0, 0) at the top left", code="missing_value"
+        )
     world = world_of(world)
     camera = camera_of(world, camera)
     column, row = pixel_of(camera, pixel)
@@ -191,7 +193,8 @@ def _converter(suffix: str) -> Callable[..., bytes]:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: without the library cairo
         raise SettingsError(
-            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg"
+            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg",
+            code="missing_dependency",
         ) from None
     convert: Callable[..., bytes] = getattr(cairosvg, f"svg2{suffix[1:]}")
     return convert
@@ -202,7 +205,8 @@ def check_figure(path: str | os.PathLike[str]) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in FIGURES:
         raise SettingsError(
-            f"{path}: a figure is written as .svg, which browsers show and print at any size, as .png or as .pdf"
+            f"{path}: a figure is written as .svg, which browsers show and print at any size, as .png or as .pdf",
+            code="unknown_format",
         )
     if suffix != ".svg":
         _converter(suffix)
@@ -214,12 +218,15 @@ def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
     try:
         column, row = (number.__index__() for number in pixel)
     except (AttributeError, TypeError, ValueError):
-        raise SettingsError(f"pixel must be two whole numbers, (column, row), not {pixel!r}") from None
+        raise SettingsError(
+            f"pixel must be two whole numbers, (column, row), not {pixel!r}", code="wrong_shape"
+        ) from None
     width, height = camera.size
     if not (0 <= column < width and 0 <= row < height):
         raise SettingsError(
             f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
-            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}"
+            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}",
+            code="out_of_range",
         )
     return column, row
 

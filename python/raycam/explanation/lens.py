@@ -73,7 +73,8 @@ def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
     if not np.isfinite(direction).all():
         raise CameraError(
             f"pixel ({column}, {row}) has no ray: it lies outside of the image of the lens ({camera.model}); "
-            "camera.valid() tells which pixels have one"
+            "camera.valid() tells which pixels have one",
+            code="out_of_range",
         )
     in_camera = camera.R @ direction
     back, _ = camera.project(origin + direction)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..camera import Camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..io.glb import GlbBuilder
 from ..notices import warn_all
 from ..world import World
@@ -25,13 +25,13 @@ class WorldCollector:
 
     def __init__(self) -> None:
         self.glb = GlbBuilder()
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         self.images: dict[int, int] = {}
         self.kept: list[Any] = []
 
     def add_notice(self, name: str, message: str) -> None:
         """Adds a notice about a mesh."""
-        self.notices.append(f"{name}: {message}")
+        self.notices.append(Notice(message, "ignored_element", [name]))
 
     def add_mesh(
         self,
@@ -56,10 +56,11 @@ class WorldCollector:
             self.add_notice(name, "no triangles: nothing to see")
             return None
         if not np.isfinite(vertices).all():
-            raise WorldError(f"{name}: vertices must be finite")
+            raise WorldError(f"{name}: vertices must be finite", code="out_of_range")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise WorldError(
-                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices"
+                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices",
+                code="index_out_of_range",
             )
         offset = np.zeros(3)
         if (vertices.astype(np.float32) != vertices).any():
@@ -96,9 +97,8 @@ class WorldCollector:
                 image = image.convert("RGBA")
             pixels = to_array(image)
             if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
-                self.notices.append(
-                    f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
-                )
+                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
+                self.notices.append(Notice(message, "ignored_element"))
                 return None
             self.images[id(image)] = self.glb.texture(pixels)
             self.kept.append(image)
@@ -117,8 +117,8 @@ class WorldCollector:
 def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
     """Builds the world; raises `WorldError` if there are no triangles."""
     if not collector.glb._lists.get("nodes"):
-        why = f" ({'; '.join(collector.notices)})" if collector.notices else ""
-        raise WorldError(f"{name}: there are no triangles: nothing to see{why}")
+        why = f" ({'; '.join(map(str, collector.notices))})" if collector.notices else ""
+        raise WorldError(f"{name}: there are no triangles: nothing to see{why}", code="nothing_visible")
     return collector.world(name, up, camera)
 
 

@@ -51,7 +51,9 @@ def _open3d(
             painted = to_linear(mesh.triangle["colors"].cpu().numpy())
         mesh = mesh.to_legacy()
     if not (hasattr(mesh, "triangles") and hasattr(mesh, "vertices")):
-        raise WorldError(f"{name}: expected an Open3D TriangleMesh, not {type(mesh).__name__}")
+        raise WorldError(
+            f"{name}: expected an Open3D TriangleMesh, not {type(mesh).__name__}", code="wrong_type"
+        )
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
     normals = np.asarray(mesh.vertex_normals) if smooth and mesh.has_vertex_normals() else None
     colors = to_linear(np.asarray(mesh.vertex_colors)) if mesh.has_vertex_colors() else None

@@ -27,7 +27,10 @@ def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
     collector = WorldCollector()
     if not hasattr(geometry, "geometry"):
         if not hasattr(geometry, "faces"):
-            raise WorldError(f"expected a trimesh.Trimesh or trimesh.Scene, not {type(geometry).__name__}")
+            raise WorldError(
+                f"expected a trimesh.Trimesh or trimesh.Scene, not {type(geometry).__name__}",
+                code="wrong_type",
+            )
         collector.add_object("mesh", _trimesh(collector, "mesh", geometry, smooth), np.eye(4))
         return build_world(collector, "trimesh", up, None)
     meshes: dict[str, tuple[int, Array] | None] = {}

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..errors import with_code
 from .file_lock import LocksUnsupportedError, try_lock
 from .system_calls import BINARY, sync, sync_folder
 
@@ -47,7 +48,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.write(file, PLACEHOLDER)
         yield Path(temporary)
         if Path(temporary).stat().st_size == len(PLACEHOLDER) and Path(temporary).read_bytes() == PLACEHOLDER:
-            raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
+            raise with_code(FileNotFoundError(errno.ENOENT, "nothing was written", target))
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def _find_destination(target: str) -> _Destination:
             writable = os.access(os.path.dirname(path) or os.curdir, os.W_OK | os.X_OK)
             return _Destination(path, is_stream=stream, is_replaceable=writable and not stream)
         path = os.path.join(os.path.dirname(path), os.readlink(path))
-    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), target)
+    raise with_code(OSError(errno.ELOOP, os.strerror(errno.ELOOP), target))
 
 
 def _temporary_stem_and_ending(target: str) -> tuple[str, str]:
@@ -219,7 +220,7 @@ def with_path(path: str | os.PathLike[str], instead_of: str | None = None) -> It
         if fault.errno is None or fault.filename not in (None, instead_of):
             raise
         # A new exception, because the file name of PyAV's errors is read-only.
-        raise OSError(fault.errno, fault.strerror, os.fspath(path)) from fault
+        raise with_code(OSError(fault.errno, fault.strerror, os.fspath(path))) from fault
 
 
 def write(
@@ -258,38 +259,40 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
 def _check_destination(target: str, size: int = 0) -> _Destination:
     """The checks of `check_writable` that create nothing; returns the file that the path leads to."""
     if not os.path.basename(target) or os.path.isdir(target):
-        raise IsADirectoryError(errno.EISDIR, "this is a folder; expected a file name", target)
+        raise with_code(IsADirectoryError(errno.EISDIR, "this is a folder; expected a file name", target))
     found = _find_destination(target)
     folder = os.path.dirname(found.path) or os.curdir
     if not os.path.exists(folder):
-        raise FileNotFoundError(
-            errno.ENOENT, f"the folder {folder!r} does not exist; create it first", target
+        raise with_code(
+            FileNotFoundError(errno.ENOENT, f"the folder {folder!r} does not exist; create it first", target)
         )
     if not os.path.isdir(folder):
-        raise NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target)
+        raise with_code(NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target))
     if found.is_stream:
         return found
     if os.path.exists(found.path):
         _check_not_protected(target, found)
     elif not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, f"the folder {folder!r} is write-protected", target)
+        raise with_code(PermissionError(errno.EACCES, f"the folder {folder!r} is write-protected", target))
     from shutil import disk_usage  # imported here: `import raycam` does not wait for it
 
     free = disk_usage(folder).free
     # An empty file needs a block too.
     if free < max(size, 1):
         text = f"has {free} bytes free; about {size} are needed" if size else "is full"
-        raise OSError(errno.ENOSPC, f"the disk {text}", target)
+        raise with_code(OSError(errno.ENOSPC, f"the disk {text}", target))
     return found
 
 
 def _check_not_protected(target: str, found: _Destination) -> None:
     """Raises `PermissionError` for an existing file without write permission, also for root, and `OSError` (EROFS)."""
     if not os.stat(found.path).st_mode & 0o222:
-        raise PermissionError(
-            errno.EACCES,
-            "the file is write-protected; make it writable, remove it, or choose another name",
-            target,
+        raise with_code(
+            PermissionError(
+                errno.EACCES,
+                "the file is write-protected; make it writable, remove it, or choose another name",
+                target,
+            )
         )
     with with_path(target, found.path):
         os.close(os.open(found.path, os.O_WRONLY | BINARY))

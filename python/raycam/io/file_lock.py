@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import JobError
+from ..errors import JobError, Notice
 from ..notices import warn
 from .system_calls import read_at, write_at
 
@@ -54,13 +54,15 @@ def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
             who = read_at(file, 200, 0).decode(errors="replace").strip() or "another process"
             raise JobError(
                 f"{folder}: {who} works in this folder; wait for it, stop it, or give each process its part with "
-                "shard=(I, N)"
+                "shard=(I, N)",
+                code="folder_in_use",
             )
     except LocksUnsupportedError as fault:
-        warn(
+        message = (
             f"{folder}: this file system does not support locks ({fault.strerror}); only one process at a time "
             "may work in this folder"
         )
+        warn(Notice(message, "missing_locks"))
 
 
 def lock_holder(path: Path) -> str | None:

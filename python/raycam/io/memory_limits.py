@@ -57,7 +57,9 @@ def parse_size(name: str, size: int | str | None) -> int | None:
         with contextlib.suppress(SettingsError):
             count = int(size) if real(name, size).is_integer() else 0
     if not 0 < count < 1 << 63:
-        raise SettingsError(f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"')
+        raise SettingsError(
+            f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"', code="wrong_type"
+        )
     return count
 
 

@@ -33,7 +33,8 @@ def read_description(path: Path) -> dict[str, Any] | None:
     except (ValueError, KeyError, TypeError):
         raise JobError(
             f"{path}: this is no description of a job, it was damaged. Remove this file and give the command that "
-            "made the job: it goes on with what is finished"
+            "made the job: it goes on with what is finished",
+            code="damaged_job",
         ) from None
     return dict(fields)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import FormatError, JobError
+from ..errors import FormatError, JobError, Notice
 from ..io import atomic_files
 from ..io.file_lock import hold_lock, lock_holder
 from ..notices import warn_all
@@ -52,6 +52,11 @@ class Status:
     damaged: Sequence[str] = ()
     """A message for each damaged line of a journal. Such lines are ignored, so the next run repeats their frames."""
 
+    @property
+    def notices(self) -> list[Notice]:
+        """Notices about the damaged lines."""
+        return [Notice(message, "damaged_results") for message in self.damaged]
+
 
 class Job:
     """A job in a folder, new or resumed.
@@ -74,12 +79,16 @@ class Job:
         there = read_description(self._state / "job.json")
         if package is None:
             if there is None:
-                raise JobError(f"{self.folder}: no job is here (there is no {STATE}/job.json)")
+                raise JobError(
+                    f"{self.folder}: no job is here (there is no {STATE}/job.json)", code="file_not_found"
+                )
         elif there is not None and not resume:
             Job(self.folder)._remove()
             there = None
         elif there is not None and there["job"] != package.id:
-            raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
+            raise JobError(
+                mismatch_message(self.folder, there, self._state / "package", package), code="changed_input"
+            )
         self._package = package
         if package is not None:
             self._create(package)
@@ -223,7 +232,7 @@ class Job:
             self._read()
             if retry_failed:
                 self._failed.clear()
-            notices: dict[str, None] = {}
+            notices: dict[Notice, None] = {}
             todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
             failed = sum(frame in self._failed for frame in asked)
             done = len(asked) - len(todo) - failed
@@ -301,7 +310,10 @@ class Job:
         ):
             there = read_description(description)
             if there is not None and there["job"] != package.id:
-                raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
+                raise JobError(
+                    mismatch_message(self.folder, there, self._state / "package", package),
+                    code="changed_input",
+                )
             if not package.exists_in(path) and not (there is not None and self._is_released()):
                 if there is None:  # journals of an earlier job in this folder do not belong to this one
                     for book in self._state.glob("journal*.jsonl"):
@@ -347,7 +359,10 @@ class Job:
         for number, path in enumerate(self._journals):
             for place, entry in journal.read(path):
                 if entry is not None and not 0 <= entry.frame < len(self._offsets):
-                    raise JobError(f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}")
+                    raise JobError(
+                        f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}",
+                        code="damaged_job",
+                    )
                 yield number << OFFSET_BITS | place, entry
 
     def _entry(self, frame: int) -> JournalEntry:
@@ -379,7 +394,8 @@ class Job:
             many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
             raise JobError(
                 f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
-                f"{self.log(first)}; retry_failed=True retries them"
+                f"{self.log(first)}; retry_failed=True retries them",
+                code="failed_frames",
             )
 
     @contextlib.contextmanager
@@ -422,10 +438,12 @@ def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: i
     """The frame numbers of a run."""
     asked = sorted(set(range(count) if frames is None else frames))
     if asked and not (asked[0] >= 0 and asked[-1] < count):
-        raise JobError(f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0")
+        raise JobError(
+            f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0", code="index_out_of_range"
+        )
     if shard is not None:
         i, n = shard
         if not 1 <= i <= n:
-            raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N")
+            raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N", code="out_of_range")
         asked = [frame for frame in asked if frame % n == i - 1]
     return asked

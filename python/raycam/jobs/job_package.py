@@ -42,7 +42,7 @@ class JobPackage:
         factory: FrameMakerFactory | None = None,
     ) -> None:
         if frames < 1:
-            raise JobError(f"a job of {frames} frames: there must be at least one")
+            raise JobError(f"a job of {frames} frames: there must be at least one", code="out_of_range")
         behind = _background_hashes(world) if isinstance(world, World) else {}
         if behind:
             settings = {**settings, "backgrounds": behind}
@@ -50,7 +50,7 @@ class JobPackage:
             # The settings as they will be read: tuples become lists, keys become strings.
             plain = json.loads(json.dumps(settings, allow_nan=False, sort_keys=True))
         except (TypeError, ValueError) as fault:
-            raise JobError(f"the settings of a job must be plain JSON: {fault}") from None
+            raise JobError(f"the settings of a job must be plain JSON: {fault}", code="wrong_type") from None
         self.kind = kind
         """The kind of the job, a key of `jobs.kinds.KINDS`."""
         self.frames = frames
@@ -74,7 +74,9 @@ class JobPackage:
         """Raises `JobError` if the photographs behind cameras are not those of the package, and `OSError`."""
         for path, known in settings.get("backgrounds", {}).items():
             if _hash_of(path) != known:
-                raise JobError(f"{path}: not the background that it was when the job began")
+                raise JobError(
+                    f"{path}: not the background that it was when the job began", code="changed_input"
+                )
 
     @property
     def world(self) -> World:
@@ -109,7 +111,9 @@ class JobPackage:
         """Raises `FormatError` if the bytes of the file `name` are not the package with this `id`."""
         found = hashlib.sha256(data).hexdigest()
         if found != id:
-            raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
+            raise FormatError(
+                f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}", code="damaged_job"
+            )
 
     @classmethod
     def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
@@ -131,7 +135,8 @@ class JobPackage:
         if version != __version__:
             raise JobError(
                 f"{name}: made by raycam {version}, this is {__version__}; the same on all machines is needed, or the "
-                "frames would not go together"
+                "frames would not go together",
+                code="changed_input",
             )
         return cls(kind, frames, settings, world)
 

@@ -10,14 +10,14 @@ import importlib
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from ..errors import JobError, nearest
+from ..errors import JobError, Notice, nearest
 from ..io.temp_stream import Piece
 from ..world import World
 
 __all__ = ["KINDS", "FrameMaker", "FrameMakerFactory", "Progress", "frame_maker", "register"]
 
 Progress = Callable[[int, int], object]
-FrameMaker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]]
+FrameMaker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[Notice]]]
 """`make(number, progress)` returns the files of a frame by name, and notices.
 
 A file is bytes, or, where it is large, pieces that are made one by one. `progress` goes to `raycam.render`, where an
@@ -47,5 +47,5 @@ def frame_maker(kind: str, world: World, settings: Mapping[str, Any], threads: i
     if kind not in KINDS and kind in MODULES:
         importlib.import_module(MODULES[kind])
     if kind not in KINDS:
-        raise JobError(nearest("kind of job", kind, list(MODULES | KINDS)))
+        raise JobError(nearest("kind of job", kind, list(MODULES | KINDS)), code="unknown_name")
     return KINDS[kind](world, settings, threads)

@@ -58,7 +58,7 @@ class ResultStore:
             with open(path, "rb") as file:
                 data = file.read()
         except FileNotFoundError:
-            raise JobError(f"{path}: it was made, and is not there any more") from None
+            raise JobError(f"{path}: it was made, and is not there any more", code="damaged_job") from None
         _compare(path, stamp, digest([data]))
         return data
 
@@ -68,7 +68,7 @@ class ResultStore:
         try:
             found = _fingerprint(path)
         except FileNotFoundError:
-            raise JobError(f"{path}: it was made, and is not there any more") from None
+            raise JobError(f"{path}: it was made, and is not there any more", code="damaged_job") from None
         _compare(path, stamp, found)
 
     def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
@@ -89,7 +89,7 @@ class ResultStore:
         except FileNotFoundError:
             return {}
         except (ValueError, TypeError, AttributeError, JobError):
-            raise JobError(f"{path}: it was damaged") from None
+            raise JobError(f"{path}: it was damaged", code="damaged_job") from None
 
     def check_assembled(self) -> dict[str, str]:
         """The assembled files that differ from their stamps, with a message each; they are renamed to `.damaged`."""
@@ -144,7 +144,8 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
     if found != stamp:
         raise JobError(
             f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
-            f"{found[1][:12]}"
+            f"{found[1][:12]}",
+            code="damaged_job",
         )
 
 
@@ -158,5 +159,5 @@ def _safe_name(name: str) -> str:
     """Checks the name of a result, and returns the name with this system's separators."""
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
-        raise JobError(f"{name!r} is no name for a file of a job")
+        raise JobError(f"{name!r} is no name for a file of a job", code="invalid_value")
     return os.path.join(*parts)

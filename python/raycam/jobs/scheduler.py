@@ -15,7 +15,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from ..errors import Error, JobError
+from ..errors import Error, JobError, Notice
 from ..io.temp_stream import TempStreamError
 from .job_package import JobPackage
 from .worker import FrameResult, FrameTask, WorkerUnfit
@@ -54,7 +54,7 @@ class Pool(Protocol):
     """True if workers fail independently, so that a second one may take over from one that does not answer."""
 
     @property
-    def notices(self) -> Sequence[str]:
+    def notices(self) -> Sequence[Notice]:
         """Notices for the user, so far."""
 
     def threads(self, left: int) -> int | None:

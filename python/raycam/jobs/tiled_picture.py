@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
-from ..errors import JobError, SettingsError
+from ..errors import JobError, Notice, SettingsError
 from ..io.npz import npz_bytes
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
@@ -46,7 +46,8 @@ def job_package(
     for name in ("time_limit", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
             raise SettingsError(
-                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise_threshold"
+                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise_threshold",
+                code="conflicting_values",
             )
     seen = world.default_camera() if camera is None else camera
     cameras = set(world.cameras)
@@ -60,7 +61,9 @@ def job_package(
         and x + width <= seen.size[0]
         and y + height <= seen.size[1]
     ):
-        raise SettingsError(f"region {region} (x, y, width, height) is not in a picture of {seen.size}")
+        raise SettingsError(
+            f"region {region} (x, y, width, height) is not in a picture of {seen.size}", code="out_of_range"
+        )
     names = channel_names(channels)
     if settings.get("transparent_background") and "color" in names:
         added = ("alpha", "shadow") if world._core.has_catchers else ("alpha",)
@@ -88,7 +91,7 @@ def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
     if threads is not None:
         plan["threads"] = threads
 
-    def make(number: int, progress: TileProgress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(number: int, progress: TileProgress | None) -> tuple[dict[str, bytes], list[Notice]]:
         x, y = tile * (number % across), tile * (number // across)
         region = (left + x, top + y, min(tile, width - x), min(tile, height - y))
         frame = render(world, camera, channels=settings["channels"], region=region, progress=progress, **plan)
@@ -145,7 +148,7 @@ def render_tiled(
     picture. Other arguments are as in `Job.run`, whose errors are raised.
     """
     job = Job(folder, package, resume=resume)
-    notices = dict.fromkeys(job.status().damaged)
+    notices = dict.fromkeys(job.status().notices)
 
     def report(made: FrameResult) -> None:
         notices.update(dict.fromkeys(made.notices))

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import FormatError, JobError
+from ..errors import FormatError, JobError, Notice
 from ..io.temp_stream import Piece, TempStream
 from ..notices import collected, distinct
 from .job_package import JobPackage
@@ -62,7 +62,7 @@ class FrameResult(NamedTuple):
     """The frame's number."""
     files: Files
     """The files by name: bytes, or a `TempStream`."""
-    notices: list[str]
+    notices: list[Notice]
     """Notices for the user."""
     seconds: float
     """The rendering time."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arguments import Floats
 from ..camera import Camera
+from ..errors import Notice
 from ..world import World
 
 __all__ = ["cameras_that_see", "pixel_grid", "placement_notices"]
@@ -18,7 +19,7 @@ FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399,
 """Factors of coordinates: metric units, inches, feet, and a mirrored model."""
 
 
-def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[str]:
+def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
     """The notice that fewer than half of the cameras see the world, with the factor that fits best; else empty."""
     given = list(cameras.values())
     seeing = int(np.count_nonzero(cameras_that_see(world, given)))
@@ -33,10 +34,11 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[str]:
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
-    return [
+    message = (
         f"{seeing} of {len(given)} cameras look at the mesh; {remedy} (the mesh's centre is ({middle}), the median of "
         f"the cameras' positions ({around}))"
-    ]
+    )
+    return [Notice(message, "implausible")]
 
 
 def cameras_that_see(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> list[bool]:

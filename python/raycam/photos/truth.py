@@ -80,19 +80,24 @@ def named_photographs(
     """
     if isinstance(cameras, Camera | str | os.PathLike):
         raise SettingsError(
-            f"cameras must be several cameras, got {cameras!r}; use raycam.load_cameras(FILE)"
+            f"cameras must be several cameras, got {cameras!r}; use raycam.load_cameras(FILE)",
+            code="wrong_type",
         )
     known = cameras.images if isinstance(cameras, Cameras) else {}
     known = {**known, **(images or {})}
     given = cameras if isinstance(cameras, Mapping) else {f"{i:06d}": one for i, one in enumerate(cameras)}
     if not given:
-        raise SettingsError("cameras is empty; pass at least one camera")
+        raise SettingsError("cameras is empty; pass at least one camera", code="missing_value")
     found: dict[str, Camera] = {}
     for name in given:
         camera, photograph = given[name], known.get(name, name)
         if not isinstance(camera, Camera):
-            raise SettingsError(f"cameras[{name!r}] must be a raycam.Camera, not {type(camera).__name__}")
+            raise SettingsError(
+                f"cameras[{name!r}] must be a raycam.Camera, not {type(camera).__name__}", code="wrong_type"
+            )
         if photograph in found:
-            raise SettingsError(f"two cameras have the photograph {photograph!r}; expected one each")
+            raise SettingsError(
+                f"two cameras have the photograph {photograph!r}; expected one each", code="duplicate_name"
+            )
         found[photograph] = camera
     return found

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, one_of, thread_count, whole
 from ..camera import Camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..notices import warn, warn_all
 from ..world import World
 from ..world.chosen import Chosen, object_mask
@@ -113,7 +113,9 @@ def surface_visibility(
         kept = np.flatnonzero(mask[ids[:, 0]])
         ids, corners = ids[kept], corners[kept]
     if not len(ids):
-        raise WorldError("the world has no visible faces; surface_visibility requires a mesh")
+        raise WorldError(
+            "the world has no visible faces; surface_visibility requires a mesh", code="nothing_visible"
+        )
     warn_all(placement_notices(world, named))
     sides = side_of(world, each, threads) if facing == "auto" else facing
     order = in_morton_order(corners.mean(axis=1))
@@ -129,10 +131,11 @@ def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None)
     fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT:
         return "front"
-    warn(
+    message = (
         f"{100 * (1 - fronts.mean()):.0f} % of the rays meet the backs of faces: the mesh seems to be inside out; "
         'both sides count (facing="both")'
     )
+    warn(Notice(message, "implausible"))
     return "both"
 
 

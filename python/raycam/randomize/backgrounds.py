@@ -29,26 +29,33 @@ class BackgroundFolder:
     def __init__(self, given: Any, folder: Path) -> None:
         table = {"folder": given} if isinstance(given, str) else given
         if not isinstance(table, Mapping):
-            raise WorldError(f"background must be the name of a folder or a table, not {given!r}")
+            raise WorldError(
+                f"background must be the name of a folder or a table, not {given!r}", code="wrong_type"
+            )
         check_known_keys("background", table, ("folder", "fit"))
         name = table.get("folder")
         fit: Any = table.get("fit", "cover")
         if not isinstance(name, str):
-            raise WorldError(f"background.folder must be the name of a folder, not {name!r}")
+            raise WorldError(
+                f"background.folder must be the name of a folder, not {name!r}", code="wrong_type"
+            )
         try:
             Background("", fit=fit)
         except CameraError as fault:
-            raise WorldError(f"background.{fault}") from None
+            raise WorldError(f"background.{fault}", code=fault.code) from None
         self.name = name
         """The name of the folder in the recipe."""
         self._fit: Fit = fit
         self._root = (folder / name).resolve()
         if not self._root.is_relative_to(folder.resolve()):
             raise WorldError(
-                f"background.folder = {name!r} is not in the recipe's folder; only files in it are opened"
+                f"background.folder = {name!r} is not in the recipe's folder; only files in it are opened",
+                code="outside_root",
             )
         if not self._root.is_dir():
-            raise WorldError(f"background.folder = {name!r}: there is no such folder in {folder}")
+            raise WorldError(
+                f"background.folder = {name!r}: there is no such folder in {folder}", code="unknown_name"
+            )
         paths = (path for path in self._root.rglob("*") if path.suffix.lower() in ENDINGS)
         inside = [
             path for path in paths if path.is_file() and path.resolve().is_relative_to(folder.resolve())
@@ -56,7 +63,10 @@ class BackgroundFolder:
         self.files = sorted(path.relative_to(self._root).as_posix() for path in inside)
         """The names of the pictures in the folder, sorted."""
         if not self.files:
-            raise WorldError(f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}")
+            raise WorldError(
+                f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}",
+                code="missing_value",
+            )
 
     @property
     def stamp(self) -> str:

@@ -36,13 +36,15 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:
         if key in more:
-            raise WorldError(f"{what}: {key} and calibration: the file {path.name} gives it already")
+            raise WorldError(
+                f"{what}: {key} and calibration: the file {path.name} gives it already", code="duplicate_name"
+            )
     try:
         cameras = load_cameras(path, model=row.get("lens"), up="y" if up == "y" else "z")
         name = row.get("name")
         camera: Camera = next(iter(cameras.values())) if len(cameras) == 1 else cameras.find(str(name))
     except (Error, OSError) as fault:
-        raise WorldError(f"{what}: calibration: {fault}") from None
+        raise WorldError(f"{what}: calibration: {fault}", code=getattr(fault, "code", None)) from None
     own = camera.to_dict()
     if any(key in more for key in POSE):
         own = {key: value for key, value in own.items() if key not in POSE}

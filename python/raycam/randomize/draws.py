@@ -65,19 +65,25 @@ class RandomStream:
                 try:
                     drawn = DISTRIBUTIONS[kind](self, description[kind])
                 except (TypeError, ValueError, IndexError) as fault:
-                    raise WorldError(f"{where}: {kind} = {description[kind]!r}: {fault}") from None
+                    raise WorldError(
+                        f"{where}: {kind} = {description[kind]!r}: {fault}", code="invalid_value"
+                    ) from None
                 return self.substream(kind).value(drawn, where)
             table = dict(description)
             if ONE_OF in table:
                 lists = table.pop(ONE_OF)
                 if not isinstance(lists, list | tuple) or not all(isinstance(one, Mapping) for one in lists):
-                    raise WorldError(f"{where}: {ONE_OF} must be a list of tables, not {lists!r}")
+                    raise WorldError(
+                        f"{where}: {ONE_OF} must be a list of tables, not {lists!r}", code="wrong_type"
+                    )
                 if not lists:
-                    raise WorldError(f"{where}: {ONE_OF} is an empty list")
+                    raise WorldError(f"{where}: {ONE_OF} is an empty list", code="missing_value")
                 place = self.substream(ONE_OF)
                 lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
-                    raise WorldError(f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it")
+                    raise WorldError(
+                        f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it", code="duplicate_name"
+                    )
                 table |= lent
             return {
                 key: self.substream(key).value(value, f"{where}.{key}".lstrip("."))
@@ -144,14 +150,14 @@ def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float
     try:
         return _numbers(*((value, value) if isinstance(value, int | float) else _pair(value)))
     except (TypeError, ValueError) as fault:
-        raise WorldError(f"{name} = {value!r}: {fault}") from None
+        raise WorldError(f"{name} = {value!r}: {fault}", code="invalid_value") from None
 
 
 def check_known_keys(what: str, table: Mapping[str, Any], known: Sequence[str]) -> None:
     """Raises `WorldError` with the nearest name for an unknown key."""
     for key in table:
         if key not in known:
-            raise WorldError(nearest(f"key of {what}", key, list(known)))
+            raise WorldError(nearest(f"key of {what}", key, list(known)), code="unknown_key")
 
 
 def rounded(value: float) -> float:

@@ -181,7 +181,7 @@ class PlacementSampler:
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
         """The level triangles [n, 3, 3], the cumulative sums of their areas, and the ids of their objects."""
         if surface is not None and surface not in self._names:
-            raise WorldError(nearest("object to stand on", surface, self._names))
+            raise WorldError(nearest("object to stand on", surface, self._names), code="unknown_name")
         normals = np.cross(
             self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
         )

@@ -90,7 +90,9 @@ class Recipe:
             self._source = ""
         else:
             if not isinstance(recipe, str | os.PathLike):
-                raise SettingsError(f"recipe must be a path or a mapping, not {type(recipe).__name__}")
+                raise SettingsError(
+                    f"recipe must be a path or a mapping, not {type(recipe).__name__}", code="wrong_type"
+                )
             self._source = f"{os.fspath(recipe)}: "
             self.description, self.folder = _read(Path(recipe))
         given = self.description.pop("seed", 0)
@@ -105,7 +107,7 @@ class Recipe:
             one = self.description.get(kind, [])
             rows = [one] if isinstance(one, Mapping) else one
             if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
-                raise WorldError(f"{kind} must be a list of tables, not {one!r}")
+                raise WorldError(f"{kind} must be a list of tables, not {one!r}", code="wrong_type")
             self.description[kind] = [dict(row) for row in rows]
 
     def _repr_html_(self) -> str:
@@ -131,10 +133,13 @@ class Recipe:
         if name is None:
             return None
         if not isinstance(name, str):
-            raise WorldError(f"world must be the name of a file, not {name!r}")
+            raise WorldError(f"world must be the name of a file, not {name!r}", code="wrong_type")
         path = self._inside(name)
         if path is None:
-            raise WorldError(f"world = {name!r} is not in the recipe's folder; only files in it are opened")
+            raise WorldError(
+                f"world = {name!r} is not in the recipe's folder; only files in it are opened",
+                code="outside_root",
+            )
         return load(path)
 
     def _inside(self, name: str) -> Path | None:
@@ -202,7 +207,8 @@ class Recipe:
             if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
                 raise WorldError(
                     f"camera[{number}]: in a data set every world has the same cameras: count must be a number, and "
-                    f"{ONE_OF} is for what cameras see"
+                    f"{ONE_OF} is for what cameras see",
+                    code="conflicting_values",
                 )
 
     def world(self, number: int) -> World:
@@ -223,7 +229,7 @@ class Recipe:
                 except RejectedSample as fault:
                     last = fault
                 except WorldError as fault:
-                    raise WorldError(f"{self._source}{fault}") from None
+                    raise WorldError(f"{self._source}{fault}", code=fault.code) from None
         raise WorldError(
             f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
         )
@@ -246,7 +252,10 @@ class Recipe:
             if "on" in how:
                 placed.append((item, how, place))
             elif how:
-                raise WorldError(f"object {item.get('name', '')!r}: gap goes with on, which is missing")
+                raise WorldError(
+                    f"object {item.get('name', '')!r}: gap goes with on, which is missing",
+                    code="missing_value",
+                )
             else:
                 still.append(item)
         world = self._begun(draw, still)
@@ -284,7 +293,7 @@ class Recipe:
             )
         for key in ("up", "render"):
             if key in table:
-                raise WorldError(f"{key}: it is for {table['world']} to say")
+                raise WorldError(f"{key}: it is for {table['world']} to say", code="conflicting_values")
         # World.at returns a separate world that shares the acceleration structures.
         world = self._base.at(0.0)
         for item in objects:
@@ -306,18 +315,21 @@ class Recipe:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
             if "location" in item or "instance_of" in item:
                 raise WorldError(
-                    f"{what}: location and instance_of do not go with on, which finds it a place"
+                    f"{what}: location and instance_of do not go with on, which finds it a place",
+                    code="conflicting_values",
                 )
             gap = how.get("gap", MIN_GAP)
             if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
-                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}")
+                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}", code="out_of_range")
             if not isinstance(how["on"], str):
-                raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}")
+                raise WorldError(
+                    f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type"
+                )
             assert placer is not None  # made above if there are objects to place
             try:
                 shape, matrix = self._shape(world, item)
             except WorldError as fault:
-                raise WorldError(f"{what}: {fault}") from None
+                raise WorldError(f"{what}: {fault}", code=fault.code) from None
             pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
             style = row.keys() - {*GEOMETRY, "name", "category"}
@@ -349,12 +361,13 @@ class Recipe:
         wanted = row.pop("see", None)
         name = row.get("name", "camera")
         if wanted is not None and not isinstance(wanted, Mapping):
-            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}")
+            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}", code="wrong_type")
         if "calibration" in row:
             path = self._inside(str(row["calibration"]))
             if path is None:
                 raise WorldError(
-                    f"camera {name!r}: calibration = {row['calibration']!r} is not in the recipe's folder"
+                    f"camera {name!r}: calibration = {row['calibration']!r} is not in the recipe's folder",
+                    code="outside_root",
                 )
             row = calibrated(row, path, world.up, f"camera {name!r}")
         if wanted is not None:
@@ -392,7 +405,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
     with path.open("rb") as file:
         data = file.read(MAX_FILE_BYTES + 1)
     if len(data) > MAX_FILE_BYTES:
-        raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB")
+        raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB", code="budget_exceeded")
     _core.check_stand_in(path, data)
     try:
         return tomllib.loads(data.decode()), path.absolute().parent

@@ -51,9 +51,12 @@ def place_camera(
     least = range_of(f"{what}: visible", wanted.get("visible"), (0.5, 0.5))[0]
     aside = range_of(f"{what}: off_center", wanted.get("off_center"), (0.2, 0.2))[1]
     if not 0.0 <= least <= 1.0 or not 0.0 <= coverage[0] <= coverage[1] <= 1.0:
-        raise WorldError(f"{what}: coverage and visible are shares, from 0 to 1, not {coverage} and {least}")
+        raise WorldError(
+            f"{what}: coverage and visible are shares, from 0 to 1, not {coverage} and {least}",
+            code="out_of_range",
+        )
     if distance[0] <= 0.0:
-        raise WorldError(f"{what}: distance must be more than 0, not {distance[0]}")
+        raise WorldError(f"{what}: distance must be more than 0, not {distance[0]}", code="out_of_range")
     scale = PREVIEW_SIZE / max(camera.size)
     small_size = (max(1, round(camera.size[0] * scale)), max(1, round(camera.size[1] * scale)))
     best: tuple[float, float, float, float] | None = None

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..calibration import load_cameras
 from ..camera import Camera
-from ..errors import SettingsError, WorldError
+from ..errors import Notice, SettingsError, WorldError, with_code
 from ..notices import warn
 from ..world import World
 from ..world.load import load
@@ -48,7 +48,8 @@ def world_of(world: Any) -> World:
         return load(world)
     given = type(world).__name__
     raise SettingsError(
-        f"world must be a raycam.World or the path of a world file, not {given}{REMEDIES.get(given, '')}"
+        f"world must be a raycam.World or the path of a world file, not {given}{REMEDIES.get(given, '')}",
+        code="wrong_type",
     )
 
 
@@ -68,7 +69,8 @@ def camera_of(world: World, camera: Any) -> Camera:
     if isinstance(camera, os.PathLike) or (name is not None and os.path.exists(name)):
         first = next(iter(load_cameras(camera).values()))
         if is_unposed_within(world, first):
-            warn(f"{UNPOSED}; to move it: camera.at_pose(R, C), or world.view_from('front', camera=camera)")
+            hint = "to move it: camera.at_pose(R, C), or world.view_from('front', camera=camera)"
+            warn(Notice(f"{UNPOSED}; {hint}", "unposed_camera"))
         return first
     if name is not None:
         _refuse_sides_and_files(name)
@@ -77,11 +79,13 @@ def camera_of(world: World, camera: Any) -> Camera:
         names = list(camera)
         raise SettingsError(
             f"camera must be a single camera, not a {type(camera).__name__} of {len(names)}; choose one, as in"
-            f" cameras[{next(iter(names), '')!r}]: {', '.join(map(str, names))}"
+            f" cameras[{next(iter(names), '')!r}]: {', '.join(map(str, names))}",
+            code="wrong_type",
         )
     raise SettingsError(
         "camera must be a raycam.Camera, the name of a camera of the world or the path of a calibration,"
-        f" not {type(camera).__name__}"
+        f" not {type(camera).__name__}",
+        code="wrong_type",
     )
 
 
@@ -89,7 +93,10 @@ def _refuse_sides_and_files(name: str) -> None:
     """Raises `WorldError` for the name of a side, and `FileNotFoundError` for a calibration file that is missing."""
     if name in SIDES:
         raise WorldError(
-            f"the world has no camera {name!r}; world.view_from({name!r}) returns a camera that shows all of it"
+            f"the world has no camera {name!r}; world.view_from({name!r}) returns a camera that shows all of it",
+            code="unknown_name",
         )
     if os.path.splitext(name)[1].lower() in CALIBRATION_EXTENSIONS:
-        raise FileNotFoundError(errno.ENOENT, "No such file, and the world has no camera of this name", name)
+        raise with_code(
+            FileNotFoundError(errno.ENOENT, "No such file, and the world has no camera of this name", name)
+        )

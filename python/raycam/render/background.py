@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
-from ..errors import FormatError, SettingsError, WorldError
+from ..errors import FormatError, Notice, SettingsError, WorldError
 
 __all__ = ["numpy_background", "picture_behind"]
 
@@ -34,7 +34,7 @@ def numpy_background(given: Any) -> Any:
     return numbers("background", given) if is_tensor(given) else given
 
 
-def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
 
     `given` is a colour, the path of a picture, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
@@ -51,10 +51,11 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels, notices = _read(given)
         if pixels.shape == (height, width, 3):
             return pixels, notices
-        notices.append(
+        message = (
             f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
             "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
         )
+        notices.append(Notice(message, "resampled_background"))
         return _covering(pixels, size), notices
     if isinstance(given, Background):
         return _behind(given, camera, size)
@@ -62,13 +63,14 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels = _linear(given)
         if pixels.shape != (height, width, 3):
             raise SettingsError(
-                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's"
+                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's",
+                code="wrong_shape",
             )
         return pixels, []
     return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
 
 
-def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """A `Background` in linear light, and notices."""
     array = isinstance(given.image, np.ndarray)
     pixels, notices = (_linear(given.image), []) if array else _read(given.image)
@@ -86,18 +88,22 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
             raise SettingsError(
                 f"{name} has {_size(pixels)} pixels and the camera {size[0]} x {size[1]}: expected a photograph that "
                 "the camera took. raycam.Background(image, camera=...) names the camera that took it, and "
-                'fit="cover" cuts it'
+                'fit="cover" cuts it',
+                code="wrong_shape",
             )
         taker = camera.resized(own)
-        notices.append(f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels")
+        message = f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels"
+        notices.append(Notice(message, "resampled_background"))
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph"
+            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph",
+            code="wrong_shape",
         )
     if camera is None:
         raise SettingsError(
-            "a photograph of another camera is behind a frame with a camera, and this frame has none"
+            "a photograph of another camera is behind a frame with a camera, and this frame has none",
+            code="unsupported_camera",
         )
     if taker.with_background(None) == camera.with_background(None):
         return pixels, notices
@@ -110,15 +116,16 @@ def _lying(camera: Camera) -> Camera:
 
 
 def _warped(
-    pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[str]
-) -> tuple[Colors, list[str]]:
+    pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
+) -> tuple[Colors, list[Notice]]:
     """The picture of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
 
     Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
-            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel"
+            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel",
+            code="unsupported_camera",
         )
     width, height = camera.size
     shown = _stored(pixels)
@@ -137,9 +144,8 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        notices.append(
-            f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
-        )
+        message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return _linear_from_stored(seen), notices
 
@@ -193,24 +199,30 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[str]]:
+def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
     """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
     try:
         pixels, notices = _core.read_picture(path, False)
     except FormatError as fault:
-        raise FormatError(f"{fault}; expected a PNG or JPEG picture as a background") from None
+        raise FormatError(
+            f"{fault}; expected a PNG or JPEG picture as a background", code="unknown_format"
+        ) from None
     return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
 
 def _linear(array: npt.NDArray[Any]) -> Colors:
     if array.ndim != 3 or array.shape[2] != 3:
-        raise SettingsError(f"background has the shape {list(array.shape)}: expected [height, width, 3]")
+        raise SettingsError(
+            f"background has the shape {list(array.shape)}: expected [height, width, 3]", code="wrong_shape"
+        )
     if array.dtype == np.uint8:
         return _core.linear_from_srgb8(np.ascontiguousarray(array))
     if array.dtype == np.uint16:
         return _linear_from_stored((array / 65535).astype(np.float32))
     if array.dtype.kind != "f":
-        raise SettingsError(f"background of dtype {array.dtype}: expected uint8, uint16 or floats")
+        raise SettingsError(
+            f"background of dtype {array.dtype}: expected uint8, uint16 or floats", code="wrong_type"
+        )
     return array.astype(np.float32)
 
 
@@ -237,7 +249,8 @@ def _color(color: Any) -> Colors:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)
     except WorldError as fault:
         raise SettingsError(
-            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}"
+            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}",
+            code="wrong_type",
         ) from None
     found: Colors = probe.triangle_colors()[0]
     return found

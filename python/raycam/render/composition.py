@@ -33,7 +33,8 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
     """
     if not (frame.transparent and "color" in frame and "alpha" in frame):
         raise SettingsError(
-            "no opacity: render the frame with transparent_background=True and the channel color"
+            "no opacity: render the frame with transparent_background=True and the channel color",
+            code="missing_value",
         )
     x, y, width, height = frame.region
     background = numpy_background(background)

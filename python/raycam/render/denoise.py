@@ -27,7 +27,8 @@ def load() -> Any:
         import pyoidn
     except ImportError as error:
         raise SettingsError(
-            f"denoising needs Open Image Denoise ({error}): pip install 'raycam[denoise]', or leave denoise out"
+            f"denoising needs Open Image Denoise ({error}): pip install 'raycam[denoise]', or leave denoise out",
+            code="missing_dependency",
         ) from None
     return pyoidn
 

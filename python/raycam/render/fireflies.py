@@ -12,6 +12,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
+from ..errors import Notice
 
 __all__ = ["bright_pixels", "firefly_notices"]
 
@@ -40,7 +41,7 @@ Vector = npt.NDArray[np.float64]
 
 def firefly_notices(
     world: World, camera: Camera, color: npt.NDArray[np.float32], request: dict[str, Any]
-) -> Iterator[str]:
+) -> Iterator[Notice]:
     """Yields a notice of the fireflies of a whole picture [h, w, 3] of 256 samples per pixel or more, if it has any.
 
     It says which lights and objects they come from: the paths of such pixels are traced again.
@@ -63,11 +64,12 @@ def firefly_notices(
     others = count - sum(number for _, number in ways.most_common(MAX_NAMED_PATHS))
     least = "at least " if len(found) == MAX_TRACED_PIXELS else ""
     more = f"; other ways ({others})" if others else ""
-    yield (
+    message = (
         f"fireflies: {least}{count} {'pixel is' if count == 1 else 'pixels are'} more than {FIREFLY_RATIO:g} times as "
         f"bright as those around, by a single path: {named}{more}. Use more samples, a larger light or denoise=True; "
         "clamp also removes such pixels, but darkens the image"
     )
+    yield Notice(message, "fireflies")
 
 
 def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:

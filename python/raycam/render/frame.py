@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import flag, one_of, whole
 from ..camera import Camera
-from ..errors import FormatError, SettingsError, nearest
+from ..errors import FormatError, Notice, SettingsError, nearest
 from ..io import atomic_files
 from ..io.npz import npz_bytes
 from ..io.other_names import no_attribute
@@ -72,7 +72,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         exposure: float = 0.0,
         view: str = "standard",
         transparent: bool = False,
-        notices: Iterable[str] = (),
+        notices: Iterable[Notice] = (),
     ) -> None:
         self._channels = channels
         self.camera = camera
@@ -121,7 +121,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             return np.array(array, dtype=dtype) if copy else np.asarray(array, dtype=dtype)
         have = ", ".join(self._channels)
         raise SettingsError(
-            f"this frame has {have}: choose one, as in frame[{next(iter(self._channels), '')!r}]"
+            f"this frame has {have}: choose one, as in frame[{next(iter(self._channels), '')!r}]",
+            code="missing_value",
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -150,7 +151,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if not (self.transparent and "alpha" in self._channels):
             raise SettingsError(
-                "no opacity: render it with transparent_background=True and the channels color and alpha"
+                "no opacity: render it with transparent_background=True and the channels color and alpha",
+                code="missing_value",
             )
         alpha = self._channels["alpha"][..., np.newaxis]
         if "shadow" in self._channels:
@@ -166,7 +168,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
             raise SettingsError(
-                f"no picture without the channel color; this frame has {', '.join(self._channels)}"
+                f"no picture without the channel color; this frame has {', '.join(self._channels)}",
+                code="missing_value",
             )
         stops = self.exposure if exposure is None else check_option("exposure", exposure)
         linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
@@ -253,11 +256,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         if shown != "color":
             if bits != 8:
                 raise SettingsError(
-                    f"bits is {bits}: the picture of {shown} has 8; .exr and .npz hold its numbers"
+                    f"bits is {bits}: the picture of {shown} has 8; .exr and .npz hold its numbers",
+                    code="invalid_value",
                 )
             return _core.encode_png(channel_picture(shown, self._channels[shown]))
         if bits not in (8, 16):
-            raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
+            raise SettingsError(f"bits is {bits}, a PNG has 8 or 16", code="invalid_value")
         pixels = self._srgba if self.transparent else self._srgb
         return _core.encode_png(pixels(bits, exposure, view))
 
@@ -321,7 +325,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         Raises `SettingsError` without these channels or a camera.
         """
         if self.camera is None:
-            raise SettingsError("this frame has no camera: it was merged from those of several")
+            raise SettingsError(
+                "this frame has no camera: it was merged from those of several", code="missing_value"
+            )
         x, y, width, height = self.region
         centers = self.camera._centers()[y : y + height, x : x + width]
         if "position" in self._channels:
@@ -334,7 +340,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         else:
             have = ", ".join(self._channels)
             raise SettingsError(
-                f"this frame has {have}; render it with channels=[..., 'position'] to project the points again"
+                f"this frame has {have}; render it with channels=[..., 'position'] to project the points again",
+                code="missing_value",
             )
         seen = np.isfinite(points).all(axis=-1)
         if not seen.any():
@@ -434,22 +441,28 @@ def check_save(
         if others:
             raise SettingsError(
                 f"{target}: a {ending} file holds the channel color alone, and {', '.join(others)} would be lost: save"
-                " it as .exr or .npz"
+                " it as .exr or .npz",
+                code="cannot_write",
             )
     if transparent and ending in OPAQUE:
-        raise SettingsError(f"{target}: a {ending} file has no opacity: take .png or .exr")
+        raise SettingsError(
+            f"{target}: a {ending} file has no opacity: take .png or .exr", code="cannot_write"
+        )
     if target.suffix.lower() in (*PICTURES, ".hdr"):
         names = ["color"] if "color" in names else names[:1]
     each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
     atomic_files.check_writable(target, each * size[0] * size[1])
 
 
-def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[str]:
+def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[Notice]:
     """Yields what the file of a frame does not hold of the channels that it has."""
     ending = target.suffix.lower()
     shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:
-        yield f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
+        message = (
+            f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
+        )
+        yield Notice(message, "not_written")
     if ending == ".exr" and flag("half", options.get("half", False)):
         lost = {}
         for name, values in frame.items():
@@ -460,10 +473,11 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
                     )
         counts = ", ".join(f"{count} of {name}" for name, count in lost.items() if count)
         if counts:
-            yield (
+            message = (
                 f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
                 " half=False holds them"
             )
+            yield Notice(message, "values_lost")
 
 
 def _options(**options: Any) -> dict[str, Any]:
@@ -478,22 +492,27 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
         if target.parent == Path("/dev"):
             raise FormatError(
                 f"{target}: a device has no file format; write frame.to_png() to sys.stdout.buffer, or use -o - on the "
-                "command line"
+                "command line",
+                code="unknown_format",
             )
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
-        raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
+        raise FormatError(
+            f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}", code="unknown_format"
+        )
     names = list(channels)
     if ending in PICTURES and "color" not in names and options.get("channel") is None and len(names) > 1:
         raise SettingsError(
             f"{target}: a {ending} file shows one channel, this has {', '.join(names)}; choose one, or save it as .exr"
-            " or .npz"
+            " or .npz",
+            code="cannot_write",
         )
     if ending == ".hdr" and "color" not in names:
         raise SettingsError(
-            f"{target}: {ending} files show the channel color, this has {', '.join(names)}; save it as .exr or .npz"
+            f"{target}: {ending} files show the channel color, this has {', '.join(names)}; save it as .exr or .npz",
+            code="cannot_write",
         )
     for name in options:
         if name not in SAVERS[ending][1]:
-            raise SettingsError(f"{name} is not an option of {ending} files")
+            raise SettingsError(f"{name} is not an option of {ending} files", code="unknown_key")
     if whole("bits", options.get("bits", 8), 0, 64) not in (8, 16):
-        raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16")
+        raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16", code="invalid_value")

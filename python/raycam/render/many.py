@@ -49,7 +49,7 @@ class Frames(Sequence[Frame]):
         exposure: float,
         view: str,
         transparent: bool,
-        notices: Sequence[str],
+        notices: Sequence[Notice],
     ) -> None:
         self._channels = channels
         self._cameras = list(cameras)
@@ -145,10 +145,8 @@ def render_many(
     several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]
     seen = [camera_of(world, mounted_camera(world, camera)) for camera in several]
     if not seen:
-        raise SettingsError("cameras is empty: expected one, or one for each picture")
-    if any(camera.size != seen[0].size for camera in seen):
-        sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in seen}))
-        raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
+        raise SettingsError("cameras is empty: expected one, or one for each picture", code="missing_value")
+    _check_sizes(seen)
     moved, seen = _by_joints(world, seen, poses, joints)
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
     _refuse_single(options)
@@ -209,10 +207,14 @@ def _refuse_single(options: Mapping[str, Any]) -> None:
     """Raises `SettingsError` for options that only single images support."""
     for name in ("denoise", "time_limit"):
         if options.get(name):
-            raise SettingsError(f"{name} is not supported by render_many; call render for each image")
+            raise SettingsError(
+                f"{name} is not supported by render_many; call render for each image",
+                code="conflicting_values",
+            )
     if options.get("integrator") == "reference":
         raise SettingsError(
-            'integrator="reference" is not supported by render_many; call render for each image'
+            'integrator="reference" is not supported by render_many; call render for each image',
+            code="conflicting_values",
         )
 
 
@@ -237,7 +239,7 @@ def _composed(
     number = whole("frame", first, 0, (1 << 32) - count)
     copied = copy.copy(world)
     arrays: Pixels = {}
-    found: list[str] = []
+    found: list[Notice] = []
     for i in range(count):
         for which, matrices in moved:
             copied.set_object(which, matrix=matrices[i if len(matrices) > 1 else 0])
@@ -250,7 +252,8 @@ def _composed(
         elif set(made) != set(arrays):
             raise SettingsError(
                 f"pictures with {', '.join(arrays)} and with {', '.join(made)}: cameras of one call have backgrounds "
-                "all or none"
+                "all or none",
+                code="conflicting_values",
             )
         for name, array in arrays.items():
             array[i] = made[name]
@@ -274,8 +277,20 @@ def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]
     """Matrices [n, 4, 4]; one alone is [1, 4, 4]."""
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
-        raise WorldError(f"poses[{which!r}]: the last row must be 0 0 0 1: are the matrices transposed?")
+        raise WorldError(
+            f"poses[{which!r}]: the last row must be 0 0 0 1: are the matrices transposed?",
+            code="invalid_matrix",
+        )
     return found.reshape(-1, 4, 4)
+
+
+def _check_sizes(cameras: Sequence[Camera]) -> None:
+    """Raises `SettingsError` for cameras of different sizes."""
+    if any(camera.size != cameras[0].size for camera in cameras):
+        sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in cameras}))
+        raise SettingsError(
+            f"cameras of {sizes} pixels: pictures of one call have one size", code="wrong_shape"
+        )
 
 
 def _count(lengths: dict[str, int]) -> int:
@@ -283,10 +298,10 @@ def _count(lengths: dict[str, int]) -> int:
     count = max(lengths.values())
     if 0 in lengths.values():
         empty = next(name for name, length in lengths.items() if length == 0)
-        raise SettingsError(f"{empty} is empty: expected one, or one for each picture")
+        raise SettingsError(f"{empty} is empty: expected one, or one for each picture", code="missing_value")
     if any(length not in (1, count) for length in lengths.values()):
         said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
-        raise SettingsError(f"{said}: expected one for all pictures, or as many of each")
+        raise SettingsError(f"{said}: expected one for all pictures, or as many of each", code="wrong_shape")
     return count
 
 
@@ -308,12 +323,19 @@ def _arrays(
                 if isinstance(array, np.ndarray)
                 else type(array).__name__
             )
-            raise SettingsError(f"out[{name!r}] is {what}: expected an array of {dtype} {list(wanted)}")
+            raise SettingsError(
+                f"out[{name!r}] is {what}: expected an array of {dtype} {list(wanted)}", code="wrong_shape"
+            )
         elif not (array.flags.c_contiguous and array.flags.writeable):
-            raise SettingsError(f"out[{name!r}]: expected a C-contiguous array that may be written to")
+            raise SettingsError(
+                f"out[{name!r}]: expected a C-contiguous array that may be written to", code="wrong_type"
+            )
         arrays[name] = array
     if given:
-        raise SettingsError(f"out has {', '.join(given)}, which is not among the channels {', '.join(names)}")
+        raise SettingsError(
+            f"out has {', '.join(given)}, which is not among the channels {', '.join(names)}",
+            code="unknown_name",
+        )
     return arrays
 
 

@@ -92,7 +92,7 @@ def given_options(options: Mapping[str, Any], arguments: Iterable[str] = ()) -> 
     """
     for name in options:
         if name not in RENDER_OPTIONS:
-            raise SettingsError(_unknown_option(name, [*arguments, *RENDER_OPTIONS]))
+            raise SettingsError(_unknown_option(name, [*arguments, *RENDER_OPTIONS]), code="unknown_key")
     given = {name: value for name, value in options.items() if value is not None}
     is_reference = isinstance(given.get("integrator"), str) and given["integrator"] == "reference"
     own = {"integrator": given.pop("integrator")} if is_reference else {}

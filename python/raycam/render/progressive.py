@@ -67,21 +67,27 @@ class Progressive:
         for name in ("noise_threshold", "time_limit"):
             if name in given:
                 raise SettingsError(
-                    f"{name} is not supported by Progressive; stop when the image is good enough"
+                    f"{name} is not supported by Progressive; stop when the image is good enough",
+                    code="conflicting_values",
                 )
         if given.get("integrator") == "reference":
-            raise SettingsError('integrator="reference" is not supported by Progressive; use raycam.render')
+            raise SettingsError(
+                'integrator="reference" is not supported by Progressive; use raycam.render',
+                code="conflicting_values",
+            )
         self._world = world_of(world)
         self._camera = camera_of(self._world, camera)
         names = channel_names(channels)
         for name in names:
             if name not in SAMPLED_CHANNELS:
                 raise SettingsError(
-                    f"channel {name!r} does not depend on the number of samples; use raycam.render"
+                    f"channel {name!r} does not depend on the number of samples; use raycam.render",
+                    code="conflicting_values",
                 )
         if transparent_background and self._world._core.has_catchers:
             raise SettingsError(
-                "shadow catchers with transparent_background are not supported by Progressive; use raycam.render"
+                "shadow catchers with transparent_background are not supported by Progressive; use raycam.render",
+                code="conflicting_values",
             )
         request, self._exposure, self._view = image_request(
             self._world,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from .._core import Cancel
 from ..arguments import flag
 from ..camera import Camera
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from .arguments import camera_of, world_of
 from .composition import over, shadow_ratio, studio_shadow
@@ -27,8 +27,8 @@ from .request import (
     image_request,
     unlit,
 )
-from .sight import blank_notices
-from .studio import STUDIO_NOTICE, has_default_light, is_unlit, studio_options
+from .sight import LIT_INTEGRATORS, blank_notices
+from .studio import STUDIO_NOTICE, is_unlit, studio_options
 
 if TYPE_CHECKING:
     from ..world import World
@@ -37,9 +37,10 @@ __all__ = ["CATCHER_NOTICE", "Progress", "render"]
 
 Progress = Callable[[int, int], object]
 
-CATCHER_NOTICE = (
+CATCHER_NOTICE = Notice(
     "shadow catchers are rendered as surfaces; to show only their shadows, use transparent_background=True or a "
-    "background"
+    "background",
+    "shadow_catchers_visible",
 )
 
 
@@ -130,18 +131,30 @@ class _Image:
     progress: Progress | None = None
     cancel: Cancel | None = None
 
+    @property
+    def is_in_studio(self) -> bool:
+        """True if the studio lights the world: raycam chose the camera, and the world has no lights."""
+        options = self.world.render_settings | self.options
+        return self.is_framed and is_unlit(self.world, self.camera, options)
+
     def over(self, background: Any, names: list[str], transparent: bool) -> Frame:
         """The frame in front of `background`, or of the camera's own background."""
         if background is not None and transparent:
-            raise SettingsError("background and transparent_background cannot be combined; give one of them")
+            raise SettingsError(
+                "background and transparent_background cannot be combined; give one of them",
+                code="conflicting_values",
+            )
         if background is not None and "color" not in names:
-            raise SettingsError(f"background needs the channel color; requested channels: {', '.join(names)}")
+            raise SettingsError(
+                f"background needs the channel color; requested channels: {', '.join(names)}",
+                code="missing_value",
+            )
         behind = self.camera.background if background is None else background
         if behind is None or transparent or "color" not in names:
             # Masks of a camera with a background are those of its composition.
             return self.frame(names, transparent or (behind is not None and self.world._core.has_catchers))
         front = self.frame(names, True)
-        if self.is_framed and STUDIO_NOTICE in front.notices:
+        if self.is_in_studio:
             front = studio_shadow(front, self.frame(["color"], False))
         return over(front, behind, keep=names)
 
@@ -151,8 +164,8 @@ class _Image:
         hides_catchers = transparent and world._core.has_catchers
         if transparent and "color" in names:
             names = list(dict.fromkeys([*names, "alpha", *(["shadow"] if hides_catchers else [])]))
-        notices: list[str] = []
-        if self.is_framed and "color" in names and is_unlit(world, camera, world.render_settings | options):
+        notices: list[Notice] = []
+        if "color" in names and self.is_in_studio:
             world = world.in_studio(camera, ground=not transparent)
             options = studio_options(world.render_settings | options)
             notices = [STUDIO_NOTICE]
@@ -197,7 +210,7 @@ class _Image:
 
 def _without_catchers(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None, catcher_truth: bool
-) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels without shadow catchers, and their shadows: the ratio of two images with the same samples."""
     names = request["channels"]
     shaded = "shadow" in names and request["integrator"] != "flat"
@@ -216,12 +229,15 @@ def _without_catchers(
     planes, area, notices = world._core.render(camera._core, hidden, part(0))
     if shaded:
         only = request | {"catchers": "only", "channels": ["color", "alpha"]}
-        caught, _, lit_notices = world._core.render(camera._core, only, part(1))
-        free, _, free_notices = world._core.only_catchers().render(camera._core, only, part(2))
-        if has_default_light(lit_notices) == has_default_light(free_notices):
+        catchers = world._core.only_catchers()
+        caught = world._core.render(camera._core, only, part(1))[0]
+        free = catchers.render(camera._core, only, part(2))[0]
+        default_lights = {core.lit_by_default_lights for core in (world._core, catchers)}
+        if len(default_lights) == 1 or request["integrator"] not in LIT_INTEGRATORS:
             planes["shadow"] = shadow_ratio(planes["alpha"], caught, free)
         else:
-            notices.append("shadow catchers show no shadows of objects that emit the only light")
+            message = "shadow catchers show no shadows of objects that emit the only light"
+            notices.append(Notice(message, "no_caught_shadows"))
     truth = [name for name in names if name not in (*SHADED_CHANNELS, "alpha", "coverage", "shadow")]
     if catcher_truth and truth:
         plain = unlit(request, truth) | {"transparent_background": False}
@@ -231,7 +247,7 @@ def _without_catchers(
 
 def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
     """The channels; ground truth of a world in the studio describes the world without the studio."""
     bare, names = world.without_studio, request["channels"]
     truth = [name for name in names if name not in SHADED_CHANNELS]
@@ -252,7 +268,7 @@ def _planes(
 
 def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, view: str
-) -> list[str]:
+) -> list[Notice]:
     """The notices of `blank_notices` for a finished picture."""
     shown = world.without_studio
 
@@ -262,13 +278,15 @@ def _blank(
     return list(blank_notices(shown, camera, planes, str(request["integrator"]), stops, view, truth))
 
 
-def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[str]) -> Frame:
+def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[Notice]) -> Frame:
     """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
     from . import denoise
 
     denoise.load()
     if "color" not in names:
-        raise SettingsError(f"denoise needs the channel color; requested channels: {', '.join(names)}")
+        raise SettingsError(
+            f"denoise needs the channel color; requested channels: {', '.join(names)}", code="missing_value"
+        )
     guided = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
     noisy = image.frame(guided, transparent)
     guides = [noisy[name] for name in denoise.GUIDES]
@@ -279,7 +297,8 @@ def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[
         planes["color"] = denoise.denoise(noisy["color"], *guides)
     if "shadow" in names and not (noisy["shadow"] == 1).all():
         planes["shadow"] = denoise.denoise(noisy["shadow"], *guides)
-    notice = "the image is denoised by Open Image Denoise: an estimate, no longer unbiased"
+    message = "the image is denoised by Open Image Denoise: an estimate, no longer unbiased"
+    notice = Notice(message, "denoised")
     warn_all([*notices, notice])
     return Frame(
         planes,
@@ -307,14 +326,16 @@ def _reference(image: _Image, names: list[str], options: dict[str, Any], transpa
     if unused:
         raise SettingsError(
             f'{", ".join(sorted(unused))}: not supported by integrator="reference", which traces one ray through each '
-            "pixel's centre"
+            "pixel's centre",
+            code="conflicting_values",
         )
     planes = reference.render(image.world, image.camera, image.progress)
     missing = [name for name in names if name not in planes]
     if missing:
         known = ", ".join(name for name in CHANNELS if name in planes)
         raise SettingsError(
-            f'channel {", ".join(missing)}: not supported by integrator="reference"; options: {known}'
+            f'channel {", ".join(missing)}: not supported by integrator="reference"; options: {known}',
+            code="conflicting_values",
         )
     arrays = {name: planes[name].astype(CHANNELS[name][0]) for name in names}
     return Frame(arrays, camera=image.camera, size=image.camera.size, **shown)

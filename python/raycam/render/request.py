@@ -72,7 +72,7 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
     is_all = isinstance(channels, str) and channels == "all"
     names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS)
     if not names:
-        raise SettingsError(f"channels is empty; options: {', '.join(CHANNELS)}")
+        raise SettingsError(f"channels is empty; options: {', '.join(CHANNELS)}", code="missing_value")
     return names
 
 
@@ -83,5 +83,7 @@ def check_region(value: Region) -> list[int]:
     except TypeError:
         sides = []
     if len(sides) != 4:
-        raise SettingsError(f"region must be (x, y, width, height) in pixels, got {value!r}")
+        raise SettingsError(
+            f"region must be (x, y, width, height) in pixels, got {value!r}", code="wrong_shape"
+        )
     return sides

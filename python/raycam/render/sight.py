@@ -12,6 +12,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
+from ..errors import Notice
 
 __all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
@@ -29,7 +30,7 @@ Truth = Callable[[], npt.NDArray[np.int32]]
 
 def blank_notices(
     world: World, camera: Camera, planes: Planes, integrator: str, exposure: float, view: str, truth: Truth
-) -> Iterator[str]:
+) -> Iterator[Notice]:
     """Yields what to say of a whole picture in which nothing is seen, nothing is lit, or 98 % is beyond white.
 
     `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
@@ -37,10 +38,11 @@ def blank_notices(
     """
     seen = _seen(world, camera, planes, truth)
     if not seen.any():
-        yield (
+        message = (
             "nothing is seen: no object covers the centre of a pixel; the camera is at "
             f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
         )
+        yield Notice(message, "nothing_visible")
         return
     color = planes.get("color")
     if color is None or integrator not in LIT_INTEGRATORS:
@@ -49,21 +51,24 @@ def blank_notices(
         instances = planes["instance"] if "instance" in planes else truth()
         enclosing = _enclosing_object(world, camera, instances)
         if enclosing is not None:
-            yield (
+            message = (
                 f"what is seen is black: the camera is inside object {enclosing!r}, which no light passes and whose "
                 "inside does not shine; move the camera out of it, or use set_object(..., visible=False)"
             )
+            yield Notice(message, "nothing_lit")
             return
-        yield (
+        message = (
             "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
             "where they shine, and colours of 0"
         )
+        yield Notice(message, "nothing_lit")
         return
     brightness = color.max(axis=2) * np.float32(2.0**exposure)
     share = float((brightness > 1).mean())
     if view == "standard" and share >= MIN_WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        yield f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
+        text = f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
+        yield Notice(text, "overexposed")
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:

@@ -22,7 +22,8 @@ def rectified(
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
-                f"the {name} camera has parallel rays: it has no centre to see disparities from"
+                f"the {name} camera has parallel rays: it has no centre to see disparities from",
+                code="unsupported_camera",
             )
     left, right = left.still(), right.still()
     R = rotation(left, right)
@@ -44,7 +45,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
             f"the second camera is at {baseline} of the first, in axes halfway between theirs (x right, y down, z "
-            "forward): expected it to the right"
+            "forward): expected it to the right",
+            code="unsupported_camera",
         )
     x, y, z = baseline / length
     # The rotation of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
@@ -61,7 +63,10 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
         _, direction = camera.rays(_middle(camera.size, camera))
         x, y, z = product(R, direction)
         if not z > 0.0:
-            raise CameraError("the two cameras look in directions that no rectified pair sees: give K")
+            raise CameraError(
+                "the two cameras look in directions that no rectified pair sees: give K",
+                code="unsupported_camera",
+            )
         seen.append([focal * x / z, focal * y / z])
     center = _middle(size, left) - np.mean(seen, axis=0)
     return np.array([[focal, 0.0, center[0]], [0.0, focal, center[1]], [0.0, 0.0, 1.0]])

@@ -61,7 +61,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         up: Up = "z",
     ) -> None:
         if not isinstance(cameras, Mapping):
-            raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
+            raise CameraError(
+                f"cameras must be a mapping from names to cameras, not {cameras!r}", code="wrong_type"
+            )
         named = {word("sensor names", key): item for key, item in cameras.items()}
         mounts = [(key, item._core) for key, item in named.items() if isinstance(item, Camera)]
         others = {
@@ -97,11 +99,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         Raises `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
-            raise CameraError("a rig without cameras; expected at least one")
+            raise CameraError("a rig without cameras; expected at least one", code="missing_value")
         for key, camera in cameras.items():
             if camera._core.center == "infinity":
                 raise CameraError(
-                    f"camera {key!r} has its centre at infinity and cannot be mounted on a body"
+                    f"camera {key!r} has its centre at infinity and cannot be mounted on a body",
+                    code="unsupported_camera",
                 )
         first = next(iter(cameras.values()))
         turn = first.R if R is None else matrix("R", R)
@@ -120,7 +123,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
-            raise CameraError(f"baseline is {baseline}; expected metres to the right camera, more than 0")
+            raise CameraError(
+                f"baseline is {baseline}; expected metres to the right camera, more than 0",
+                code="out_of_range",
+            )
         right = camera.at_pose(camera.R, camera.location + length * camera.R[0])
         return cls.of({"left": camera, "right": right}, name=name)
 
@@ -238,7 +244,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
         names = list(self)
         if len(names) < 2:
-            raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one")
+            raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one", code="missing_value")
         left = names[0] if first is None else one_of("camera", first, names, error=CameraError)
         others = [name for name in names if name != left]
         return left, others[0] if second is None else one_of("camera", second, names, error=CameraError)

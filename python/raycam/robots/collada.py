@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import _core
 from ..arguments import Floats
-from ..errors import FormatError, SettingsError
+from ..errors import FormatError, Notice, SettingsError
 from ..io.glb import GlbBuilder
 from .collada_scene import placed_geometries
 from .resolve import read_bytes
@@ -32,7 +32,7 @@ DEFAULT_COLOR = (0.8, 0.8, 0.8)
 
 def collada_to_glb(
     path: Path, find_image: Callable[[str], Path], scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-) -> tuple[bytes, list[str]]:
+) -> tuple[bytes, list[Notice]]:
     """Returns a Collada file as GLB with one node, and notices.
 
     The unit is applied and the up axis is not, as in RViz. `find_image` returns the path of an image, or raises
@@ -40,7 +40,10 @@ def collada_to_glb(
     `FormatError` for malformed files, entities and files beyond the budget, and `SettingsError` without the extra.
     """
     if importlib.util.find_spec("collada") is None:
-        raise SettingsError(f"{path}: reading Collada requires pycollada: pip install 'raycam[robots]'")
+        raise SettingsError(
+            f"{path}: reading Collada requires pycollada: pip install 'raycam[robots]'",
+            code="missing_dependency",
+        )
     data = read_bytes(path, XmlLimits().bytes)
     check_xml(data, os.fspath(path))
     import collada  # an extra
@@ -73,34 +76,36 @@ class _Converter:
         self._textures: dict[str, int | None] = {}
         self._primitives: list[dict[str, Any]] = []
         self._triangles = 0
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
 
-    def convert(self) -> tuple[bytes, list[str]]:
+    def convert(self) -> tuple[bytes, list[Notice]]:
         """Returns the GLB and the notices."""
         document = self._document
         up = str(document.assetInfo.upaxis)
         if up not in ("Z_UP", "None"):
-            self._note(f"its up axis is {up}, which is not applied, as in RViz")
+            self._note("ignored_key", f"its up axis is {up}, which is not applied, as in RViz")
         for error in document.errors[:5]:
-            self._note(f"ignored: {error}")
+            self._note("invalid_file", f"ignored: {error}")
         for placed in placed_geometries(document, os.fspath(self._path)):
             geometry = document.geometries.get(placed.geometry)
             if geometry is None:
-                self._note(f"geometry {placed.geometry!r} is missing or faulty and is not shown")
+                self._note(
+                    "ignored_element", f"geometry {placed.geometry!r} is missing or faulty and is not shown"
+                )
                 continue
             if placed.is_skin:
-                self._note("skins and morphs are shown at rest")
+                self._note("ignored_feature", "skins and morphs are shown at rest")
             self._add_geometry(geometry, placed.matrix, placed.materials)
         if len(document.animations):
-            self._note("animations are ignored")
+            self._note("ignored_animation", "animations are ignored")
         if not self._primitives:
-            raise FormatError(f"{self._path}: the file contains no triangles")
+            raise FormatError(f"{self._path}: the file contains no triangles", code="nothing_visible")
         mesh = self._glb.add("meshes", name=self._path.stem, primitives=self._primitives)
         self._glb.add("nodes", name=self._path.stem, mesh=mesh)
         return self._glb.bytes(), list(dict.fromkeys(self.notices))
 
-    def _note(self, text: str) -> None:
-        self.notices.append(f"{self._path}: {text}")
+    def _note(self, code: str, text: str) -> None:
+        self.notices.append(Notice(f"{self._path}: {text}", code))
 
     # Geometry -----------------------------------------------------------------------------------------------
 
@@ -112,7 +117,7 @@ class _Converter:
             elif hasattr(part, "triangleset"):
                 triangles = part.triangleset()
             else:
-                self._note(f"ignored: {kind} (only triangles and polygons are shown)")
+                self._note("ignored_element", f"ignored: {kind} (only triangles and polygons are shown)")
                 continue
             index = np.asarray(triangles.index)
             if not index.size:
@@ -120,7 +125,10 @@ class _Converter:
             index = index.reshape(len(index) * 3 if index.ndim == 3 else -1, index.shape[-1])
             self._triangles += len(index) // 3
             if self._triangles > MAX_NODE_TRIANGLES:
-                raise FormatError(f"{self._path}: too many triangles; the limit is {MAX_NODE_TRIANGLES}")
+                raise FormatError(
+                    f"{self._path}: too many triangles; the limit is {MAX_NODE_TRIANGLES}",
+                    code="budget_exceeded",
+                )
             material = self._document.materials.get(materials.get(triangles.material, ""))
             self._add_triangles(triangles.sources, index, matrix, material)
 
@@ -176,7 +184,10 @@ class _Converter:
         else:
             color = DEFAULT_COLOR
             if effect is not None:
-                self._note(f"material {material.id!r} has no diffuse colour; it is shown in light grey")
+                self._note(
+                    "missing_colors",
+                    f"material {material.id!r} has no diffuse colour; it is shown in light grey",
+                )
         alpha, emission = 1.0, None
         if effect is not None:
             alpha = self._opacity(effect, material.id)
@@ -214,7 +225,7 @@ class _Converter:
             opacity = 1.0 - value * factor if mode.endswith("ZERO") else value * factor
         opacity = min(max(float(opacity), 0.0), 1.0)
         if opacity == 0.0:
-            self._note(f"material {name!r} is fully transparent; it is shown opaque")
+            self._note("ignored_transparency", f"material {name!r} is fully transparent; it is shown opaque")
             return 1.0
         return opacity
 
@@ -237,7 +248,7 @@ class _Converter:
                 pixels, _ = _core.read_picture(os.fspath(found), False)
                 data, kind = _encode_png(np.asarray(pixels)), "image/png"
         except (OSError, FormatError) as error:
-            self._note(f"image {name!r} is not shown: {error}")
+            self._note("missing_file", f"image {name!r} is not shown: {error}")
             return None
         image = self._glb.add("images", bufferView=self._glb.view(data), mimeType=kind, name=name)
         return self._glb.add("textures", source=image)

@@ -60,10 +60,13 @@ class _Scene:
     def _node(self, node: Any, parent: Floats, depth: int) -> Iterator[Placed]:
         self._nodes += 1
         if self._nodes > MAX_NODES:
-            raise FormatError(f"{self._name}: too many nodes; the limit is {MAX_NODES}")
+            raise FormatError(
+                f"{self._name}: too many nodes; the limit is {MAX_NODES}", code="budget_exceeded"
+            )
         if depth > MAX_DEPTH:
             raise FormatError(
-                f"{self._name}: nodes are nested too deeply or in a circle; the limit is {MAX_DEPTH}"
+                f"{self._name}: nodes are nested too deeply or in a circle; the limit is {MAX_DEPTH}",
+                code="budget_exceeded",
             )
         matrix = parent
         for child in node:

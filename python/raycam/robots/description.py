@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..arguments import Floats
+from ..errors import Notice
 
 __all__ = ["JOINT_TYPES", "Geometry", "Joint", "JointType", "Link", "Material", "RobotDescription", "Visual"]
 
@@ -89,4 +90,4 @@ class RobotDescription:
     links: dict[str, Link]
     joints: dict[str, Joint]
     """All joints by name, in the order of the file."""
-    notices: list[str] = field(default_factory=list)
+    notices: list[Notice] = field(default_factory=list)

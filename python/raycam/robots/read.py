@@ -24,5 +24,8 @@ def read_robot(path: str | os.PathLike[str], files: FileResolver) -> RobotDescri
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise FormatError(f"{os.fspath(path)}: unknown kind of robot file; expected {', '.join(SUFFIXES)}")
+        raise FormatError(
+            f"{os.fspath(path)}: unknown kind of robot file; expected {', '.join(SUFFIXES)}",
+            code="unknown_format",
+        )
     return read_urdf(read_bytes(Path(path), XmlLimits().bytes), os.fspath(path))

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from urllib.parse import unquote
 
-from ..errors import FormatError, SettingsError
+from ..errors import FormatError, Notice, SettingsError
 
 __all__ = ["FileResolver", "Missing"]
 
@@ -36,17 +36,19 @@ class FileResolver:
         packages: Iterable[str | os.PathLike[str]] = (),
     ) -> None:
         self.own = Path(os.path.abspath(path)).parent
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         self._confined = folder is not None
         self.root = find_root(self.own) if folder is None else Path(os.path.abspath(folder))
         if isinstance(packages, str | os.PathLike):
-            raise SettingsError(f"packages must be a list of folders, got {os.fspath(packages)!r}")
+            raise SettingsError(
+                f"packages must be a list of folders, got {os.fspath(packages)!r}", code="wrong_type"
+            )
         self.packages = [Path(os.path.abspath(package)) for package in packages]
         for package in self.packages:
             if not package.is_dir():
-                raise SettingsError(f"packages: no folder {package}")
+                raise SettingsError(f"packages: no folder {package}", code="file_not_found")
             if self._confined and not self._inside(package, self.root):
-                raise SettingsError(f"packages: {package} is not inside {self.root}")
+                raise SettingsError(f"packages: {package} is not inside {self.root}", code="outside_root")
 
     def find(self, name: str) -> Path:
         """Returns the path of a file; raises `Missing` with the reason and the searched folders."""
@@ -113,7 +115,10 @@ class FileResolver:
         if other is None or not any(self._inside(other, root) for root in roots):
             raise Missing(f"no such file: {normal}")
         self.notices.append(
-            f"{normal}: file not found; using {other.name}, which differs in upper and lower case"
+            Notice(
+                f"{normal}: file not found; using {other.name}, which differs in upper and lower case",
+                "substituted_file",
+            )
         )
         return other
 
@@ -135,10 +140,12 @@ def read_bytes(path: Path, limit: int) -> bytes:
     """Returns the bytes of a regular file; raises `OSError`, and `FormatError` beyond the limit."""
     with path.open("rb") as file:
         if not path.is_file():
-            raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
+            raise FormatError(
+                f"{path}: a device, pipe or socket, expected a regular file", code="unknown_format"
+            )
         data = file.read(limit + 1)
     if len(data) > limit:
-        raise FormatError(f"{path}: file too large; the limit is {limit} bytes")
+        raise FormatError(f"{path}: file too large; the limit is {limit} bytes", code="budget_exceeded")
     return data
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, floats
 from ..camera import Camera
-from ..errors import WorldError, nearest
+from ..errors import Notice, WorldError, nearest
 from ..read_only import read_only_array
 from .description import RobotDescription
 from .kinematics import WIDTHS, Kinematics
@@ -97,7 +97,7 @@ class Robot:
         self._check_link(link)
         values, single = self._vectors(joints)
         if not single:
-            raise WorldError(f"jacobian: expected one joint vector, got {len(values)}")
+            raise WorldError(f"jacobian: expected one joint vector, got {len(values)}", code="wrong_shape")
         rotation = self.world_from_root[:3, :3]
         return np.kron(np.eye(2), rotation) @ self._kinematics.jacobian(values[0], link)
 
@@ -138,7 +138,8 @@ class Robot:
             names = ", ".join(self._described_joints()) or "none"
             raise WorldError(
                 f"robot {self.name!r}: expected joint values [{size}] or [n, {size}], got the shape"
-                f" {list(array.shape)}; the order is: {names}"
+                f" {list(array.shape)}; the order is: {names}",
+                code="wrong_shape",
             )
         found = floats("joints", joints, (size,), ("n", size), error=WorldError)
         self._check_values(found.reshape(-1, size))
@@ -149,7 +150,8 @@ class Robot:
         counts = {len(part) for part, single in parts.values() if not single}
         if len(counts) > 1:
             raise WorldError(
-                f"robot {self.name!r}: joints have {' and '.join(map(str, sorted(counts)))} values"
+                f"robot {self.name!r}: joints have {' and '.join(map(str, sorted(counts)))} values",
+                code="wrong_shape",
             )
         found = np.tile(self._values, (next(iter(counts), 1), 1))
         for name, (part, _) in parts.items():
@@ -162,7 +164,7 @@ class Robot:
         """Values [n, width] of one joint, and True if they are for a single vector."""
         joint = self._kinematics.joints.get(name)
         if joint is None:
-            raise WorldError(f"robot {self.name!r}: {self._explain_unknown(name)}")
+            raise WorldError(f"robot {self.name!r}: {self._explain_unknown(name)}", code="unknown_name")
         what, width = f"joint {name!r}", WIDTHS[joint.type]
         if joint.type == "floating" and np.shape(value)[-2:] == (4, 4):
             array = floats(what, value, (4, 4), ("n", 4, 4), error=WorldError)
@@ -189,14 +191,19 @@ class Robot:
                 for start in [self._kinematics.starts[name]]
                 if not np.isfinite(values[:, start : start + WIDTHS[joint.type]]).all()
             ]
-            raise WorldError(f"robot {self.name!r}: joint values must be finite: {', '.join(wrong)}")
+            raise WorldError(
+                f"robot {self.name!r}: joint values must be finite: {', '.join(wrong)}", code="out_of_range"
+            )
         for name, joint in self._kinematics.joints.items():
             start = self._kinematics.starts[name]
             if (
                 joint.type == "floating"
                 and not np.linalg.norm(values[:, start + 3 : start + 7], axis=1).all()
             ):
-                raise WorldError(f"robot {self.name!r}: joint {name!r}: the quaternion must not be 0 0 0 0")
+                raise WorldError(
+                    f"robot {self.name!r}: joint {name!r}: the quaternion must not be 0 0 0 0",
+                    code="not_a_rotation",
+                )
 
     def _described_joints(self) -> list[str]:
         return [
@@ -206,9 +213,11 @@ class Robot:
 
     def _check_link(self, link: str) -> None:
         if link not in self._kinematics.links:
-            raise WorldError(f"robot {self.name!r}: {nearest('link', link, self._kinematics.links)}")
+            raise WorldError(
+                f"robot {self.name!r}: {nearest('link', link, self._kinematics.links)}", code="unknown_name"
+            )
 
-    def _limited(self, values: Floats, clamp: bool) -> tuple[Floats, list[str]]:
+    def _limited(self, values: Floats, clamp: bool) -> tuple[Floats, list[Notice]]:
         """The vectors, clamped to the limits if `clamp`, and notices about values beyond the limits."""
         beyond, turns, held = [], [], values.copy()
         for name, joint in self._kinematics.joints.items():
@@ -226,13 +235,19 @@ class Robot:
         notices = []
         if turns:
             notices.append(
-                f"robot {self.name!r}: more than one turn: {', '.join(turns)}; joint values are in radians,"
-                " numpy.radians converts degrees"
+                Notice(
+                    f"robot {self.name!r}: more than one turn: {', '.join(turns)}; joint values are in radians,"
+                    " numpy.radians converts degrees",
+                    "implausible",
+                )
             )
         if beyond and not clamp:
             notices.append(
-                f"robot {self.name!r}: joint values beyond their limits: {', '.join(beyond)};"
-                " clamp_joints=True clamps them"
+                Notice(
+                    f"robot {self.name!r}: joint values beyond their limits: {', '.join(beyond)};"
+                    " clamp_joints=True clamps them",
+                    "outside_limits",
+                )
             )
         return (held if clamp else values), notices
 
@@ -242,7 +257,10 @@ def _floating_values(matrices: Floats) -> Floats:
     rotation = matrices[:, :3, :3]
     rigid = np.allclose(rotation @ rotation.transpose(0, 2, 1), np.eye(3), atol=1e-6)
     if not rigid or (np.linalg.det(rotation) < 0).any() or not (matrices[:, 3] == [0, 0, 0, 1]).all():
-        raise WorldError("a floating joint's matrix must be a rigid transform with the last row 0 0 0 1")
+        raise WorldError(
+            "a floating joint's matrix must be a rigid transform with the last row 0 0 0 1",
+            code="not_a_rotation",
+        )
     found = np.empty((len(matrices), 7))
     found[:, :3] = matrices[:, :3, 3]
     for row, r in zip(found, rotation, strict=True):

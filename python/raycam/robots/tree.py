@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..errors import FormatError, nearest
+from ..errors import FormatError, Notice, nearest
 from .description import Joint, RobotDescription
 
 __all__ = ["check_tree", "joint_order"]
@@ -72,7 +72,7 @@ def _check_mimics(robot: RobotDescription) -> None:
             at = f"{robot.file}:{robot.joints[path[-1]].line}: joint {path[-1]!r}"
             if mimic[0] not in robot.joints:
                 text = nearest("joint", mimic[0], list(robot.joints))
-                robot.notices.append(f"{at} mimics an {text}; it is set on its own")
+                robot.notices.append(Notice(f"{at} mimics an {text}; it is set on its own", "ignored_key"))
                 robot.joints[path[-1]].mimic = None
                 break
             if robot.joints[mimic[0]].type not in ("revolute", "continuous", "prismatic"):

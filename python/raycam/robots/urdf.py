@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..arguments import Floats
-from ..errors import FormatError, nearest
+from ..errors import FormatError, Notice, nearest
 from .description import JOINT_TYPES, Geometry, Joint, JointType, Link, Material, RobotDescription, Visual
 from .transforms import transform
 from .tree import check_tree
@@ -37,7 +37,7 @@ class _Reader:
     def __init__(self, root: Element, name: str) -> None:
         self._root, self._name = root, name
         self._materials: dict[str, Material] = {}
-        self._notices: list[str] = []
+        self._notices: list[Notice] = []
 
     def read(self) -> RobotDescription:
         """Returns the description."""
@@ -79,7 +79,8 @@ class _Reader:
             if part.name in found:
                 first = found[part.name].line
                 raise FormatError(
-                    f"{self._name}:{part.line}: duplicate {kind} {part.name!r}; the first is in line {first}"
+                    f"{self._name}:{part.line}: duplicate {kind} {part.name!r}; the first is in line {first}",
+                    code="duplicate_name",
                 )
             found[part.name] = part
         return found
@@ -111,8 +112,11 @@ class _Reader:
         found = self._materials.get(own.name)
         if found is None:
             self._notices.append(
-                f"{self._name}:{element.line}: {nearest('material', own.name, list(self._materials))}; "
-                "the default material is used"
+                Notice(
+                    f"{self._name}:{element.line}: {nearest('material', own.name, list(self._materials))}; "
+                    "the default material is used",
+                    "missing_value",
+                )
             )
         return found or own
 
@@ -196,7 +200,10 @@ class _Reader:
             return -math.inf, math.inf
         if limit is None:
             self._notices.append(
-                f"{self._name}:{element.line}: joint {name!r} of type {kind} has no <limit>; it is not limited"
+                Notice(
+                    f"{self._name}:{element.line}: joint {name!r} of type {kind} has no <limit>; it is not limited",
+                    "missing_value",
+                )
             )
             return -math.inf, math.inf
         lower, upper = (self._numbers(limit, key, 1, default=(0.0,))[0] for key in ("lower", "upper"))

@@ -84,7 +84,8 @@ class _Builder:
         """Parses the whole document."""
         if len(data) > self._limits.bytes:
             raise FormatError(
-                f"{self._name}: file too large: {len(data)} bytes; the limit is {self._limits.bytes}"
+                f"{self._name}: file too large: {len(data)} bytes; the limit is {self._limits.bytes}",
+                code="budget_exceeded",
             )
         try:
             self._parser.Parse(data, True)

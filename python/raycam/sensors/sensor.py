@@ -91,7 +91,8 @@ def require_sensor(name: str, sensor: object) -> Sensor:
     members = ("pose", "times", "at_pose", "sample", "to_dict")
     missing = [member for member in members if not hasattr(type(sensor), member)]
     raise SettingsError(
-        f"{name} is a {type(sensor).__name__}, which is not a sensor; missing members: {', '.join(missing)}"
+        f"{name} is a {type(sensor).__name__}, which is not a sensor; missing members: {', '.join(missing)}",
+        code="wrong_type",
     )
 
 
@@ -105,10 +106,13 @@ def sample_sensor(sensor: Sensor, world: World, *, frame: int = 0, threads: int 
     if not isinstance(arrays, Mapping) or not all(
         isinstance(name, str) and isinstance(array, np.ndarray) for name, array in arrays.items()
     ):
-        raise SettingsError(f"{type(sensor).__name__}.sample must return a dict from names to NumPy arrays")
+        raise SettingsError(
+            f"{type(sensor).__name__}.sample must return a dict from names to NumPy arrays", code="wrong_type"
+        )
     for name in RESERVED_NAMES:
         if name in arrays:
             raise SettingsError(
-                f"{type(sensor).__name__}.sample returns an array {name!r}, which is reserved"
+                f"{type(sensor).__name__}.sample returns an array {name!r}, which is reserved",
+                code="duplicate_name",
             )
     return {**arrays, "world_from_sensor": np.array(sensor.pose), "times": np.array(sensor.times)}

@@ -136,7 +136,7 @@ class Confinement:
             opened = reason or (self._opened(layer, named) if named else None)
             if isinstance(opened, str):
                 text = f"layer {asset!r} is ignored: {opened}"
-                self.notices.append(StageNotice("layer_dropped", text, f"layer {self._shown(layer)}"))
+                self.notices.append(StageNotice("missing_file", text, f"layer {self._shown(layer)}"))
                 self.has_lost = self.has_lost or not named.endswith(".mtlx")
                 replaced[asset] = ""
                 continue

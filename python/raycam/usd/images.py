@@ -48,12 +48,12 @@ class Images:
                     other = found_elsewhere(asset.path, self._confinement.stage_folder)
                     if other is None or self._confinement.fault(other):
                         raise UsdRejected("no such file, or one of a network or a database")
-                    self._note("image_replaced", asset.path, f"file not found; {other} is used")
+                    self._note("substituted_file", asset.path, f"file not found; {other} is used")
                     place = str(other)
                 self._known[key] = name = self._copied(place)
                 self.files[name] = asset.path
             except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:
-                self._note("image_dropped", asset.path, f"ignored: {error}")
+                self._note("missing_file", asset.path, f"ignored: {error}")
         return self._known[key]
 
     def _note(self, code: str, path: str, text: str) -> None:
@@ -72,7 +72,7 @@ class Images:
                 self.sizes[file] = (pixels.shape[1], pixels.shape[0])
                 made = bake(pixels)
             except Exception as error:  # of any kind: the decoder is another library's
-                self._note("image_unchanged", self.files[file], f"{how} is not applied: {error}")
+                self._note("ignored_feature", self.files[file], f"{how} is not applied: {error}")
                 return file
             self._known[key] = None
             if made is not None:

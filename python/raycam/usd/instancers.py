@@ -62,7 +62,7 @@ class PointInstancers:
     def expand(self, prim: Usd.Prim, outer: InstanceValues | None = None, depth: int = 0) -> Instances:
         """The objects of all instances that are shown."""
         if depth > MAX_DEPTH:
-            self._note("instancer_depth", prim, f"more than {MAX_DEPTH} point instancers within each other")
+            self._note("ignored_element", prim, f"more than {MAX_DEPTH} point instancers within each other")
             return Instances()
         source = UsdGeom.PointInstancer(prim)
         which, matrices, numbers = self._shown_instances(source)
@@ -91,7 +91,7 @@ class PointInstancers:
         if len(which) and len(matrices) != len(which):
             positions = len(source.GetPositionsAttr().Get(self._time) or [])
             self._note(
-                "instances_invalid",
+                "ignored_element",
                 prim,
                 f"its {len(which)} instances are not shown: positions has {positions} values, and all arrays must have"
                 " the same length as protoIndices",
@@ -100,11 +100,11 @@ class PointInstancers:
         shown = np.array(source.ComputeMaskAtTime(self._time) or [], bool)
         shown = shown if len(shown) == len(which) else np.ones(len(which), bool)
         if hidden := np.count_nonzero(~shown):
-            self._note("instances_masked", prim, f"{hidden} instances are inactive or invisible")
+            self._note("hidden_part", prim, f"{hidden} instances are inactive or invisible")
         finite = np.isfinite(matrices[: len(which)]).all(axis=(1, 2))
         if bad := np.count_nonzero(shown & ~finite):
             self._note(
-                "instances_invalid", prim, f"{bad} instances are not shown: their transforms are not finite"
+                "ignored_element", prim, f"{bad} instances are not shown: their transforms are not finite"
             )
         numbers = np.flatnonzero(shown & finite)
         return which[numbers], matrices[numbers], numbers
@@ -123,7 +123,7 @@ class PointInstancers:
                 reason = f"prototype {targets[index]} is not defined: it is an over, a class, or not loaded"
             else:
                 continue
-            self._note("prototype_missing", prim, f"{count} instances are not shown: {reason}")
+            self._note("ignored_element", prim, f"{count} instances are not shown: {reason}")
 
     def _expand_prototype(
         self,
@@ -148,15 +148,15 @@ class PointInstancers:
             if is_instancer:
                 walk.PruneChildren()
             if prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdGeom.Camera):
-                self._note("type_unsupported", prim, "lights and cameras within prototypes are not supported")
+                self._note("ignored_feature", prim, "lights and cameras within prototypes are not supported")
                 continue
             if not (is_instancer or prim.IsA(UsdGeom.Gprim)):
                 continue
             if reason := self._hidden(prim):
-                self._note("prim_hidden", prim, f"not shown: {reason}")
+                self._note("hidden_part", prim, f"not shown: {reason}")
                 continue
             if not is_instancer and prim.GetTypeName() not in GEOMETRY_TYPES:
-                self._note("type_unsupported", prim, "prims of this type are not supported")
+                self._note("ignored_feature", prim, "prims of this type are not supported")
                 continue
             in_root, _ = self._places.ComputeRelativeTransform(prim, root.GetParent())
             own = np.array(in_root)
@@ -190,7 +190,7 @@ class PointInstancers:
                 values[name] = table[numbers]
             else:
                 self._note(
-                    "primvar_mismatch",
+                    "ignored_key",
                     source.GetPrim(),
                     f"primvar {name} is ignored: {len(table)} values do not fit {count} instances",
                 )

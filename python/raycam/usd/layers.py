@@ -38,7 +38,7 @@ def _composition_errors(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]
             text = f"{text[:MAX_LINE]}..."
         prim = re.search(r"<([^<>]*)>$", str(error.rootSite))
         subject = f"prim {prim[1]}" if prim else ""
-        yield StageNotice("composition_error", f"{text[:1].lower()}{text[1:]}", subject)
+        yield StageNotice("invalid_file", f"{text[:1].lower()}{text[1:]}", subject)
 
 
 def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
@@ -55,7 +55,7 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
                 if not known[path]:
                     file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
                     text = f"it inherits from <{path}>, which no layer contains (in @{file}@)"
-                    yield StageNotice("composition_error", text, f"prim {prim.GetPath()}")
+                    yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
 
 
 def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
@@ -70,7 +70,7 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         own = read_unit(layer)
         if own is not None and own > 0 and unit > 0 and abs(own / unit - 1) > 1e-6:
             yield StageNotice(
-                "layer_unit",
+                "assumed_convention",
                 f"its unit is {own:g} m, that of the stage is {unit:g} m; its coordinates are not converted:"
                 f" multiply them by {own / unit:g}",
                 f"layer {name}",
@@ -78,7 +78,7 @@ def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
         other = layer.pseudoRoot.GetInfo("upAxis") if layer.pseudoRoot.HasInfo("upAxis") else axis
         if str(other) != axis:
             yield StageNotice(
-                "layer_up_axis",
+                "assumed_convention",
                 f"its up axis is {other}, that of the stage is {axis}; its coordinates are not converted",
                 f"layer {name}",
             )

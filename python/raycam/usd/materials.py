@@ -210,7 +210,7 @@ class Materials:
         surface = _preview_surface(material)
         if surface is None:
             self._note(
-                "material_unsupported",
+                "ignored_feature",
                 path,
                 "not a UsdPreviewSurface: displayColor is shown instead, or grey",
             )
@@ -243,16 +243,16 @@ class Materials:
                 name = self._given(shader, "varname", "")
                 used = "its default" if fallback is None else f"the reader's fallback {fallback}"
                 self._note(
-                    "input_ignored", path, f"{key} from primvar {name!r} is not supported; {used} is used"
+                    "ignored_feature", path, f"{key} from primvar {name!r} is not supported; {used} is used"
                 )
             elif (given := producers[0].Get(self._time)) is not None:
                 if key in values:
                     values[key] = _like(given, FALLBACK[key])
                 elif key in NOT_USED and given != NOT_USED[key]:
-                    self._note("input_ignored", path, f"{key} = {given:g} is ignored")
+                    self._note("ignored_feature", path, f"{key} = {given:g} is ignored")
             else:
                 what = (shader.GetShaderId() if shader else None) or "a shader without a known id"
-                self._note("input_ignored", path, f"{key} from {what} is not supported")
+                self._note("ignored_feature", path, f"{key} from {what} is not supported")
         if threshold > 0 and not any(image.key == "opacity" for image in maps):
             values["opacity"] = float(float(values["opacity"]) >= threshold)
         own.maps = maps
@@ -266,7 +266,7 @@ class Materials:
             return
         base = np.vstack([turned[0].matrix, [0, 0, 1]])
         if np.linalg.det(base) == 0:
-            self._note("input_ignored", path, "the UsdTransform2d of its image has scale 0 and is ignored")
+            self._note("ignored_feature", path, "the UsdTransform2d of its image has scale 0 and is ignored")
             turned[0].matrix = np.eye(3)[:2]
             return
         coordinates.matrix = base[:2]
@@ -274,7 +274,7 @@ class Materials:
         for own in maps:
             own.matrix = own.matrix @ back
             if not _is_straight(own.matrix):
-                self._note("input_ignored", path, f"the rotation of its {own.key} image is ignored")
+                self._note("ignored_feature", path, f"the rotation of its {own.key} image is ignored")
                 own.matrix = np.eye(3)[:2]
 
     def _given(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:
@@ -309,7 +309,7 @@ class Materials:
         found.change, factor = value_change(key, output, scale, bias, space, self._images.folder / file)
         if key == "normal" and tuple(scale[:3]) == (1.0,) * 3 and not any(bias[:3]):
             self._note(
-                "normal_map_range",
+                "assumed_convention",
                 path,
                 "its normal map has no scale 2 and bias -1; these values are assumed",
             )
@@ -337,7 +337,7 @@ class Materials:
                 coordinates.constant = _like(self._given(reader, "fallback", (0.0, 0.0)), (0.0, 0.0))
             if coordinates.primvar != known:
                 self._note(
-                    "input_ignored",
+                    "ignored_feature",
                     path,
                     f"texture coordinates {known!r} are ignored; all its images use {coordinates.primvar!r}",
                 )

@@ -112,7 +112,7 @@ class Meshes:
             try:
                 self._known[key] = self._build(prim, bound, baked, instance)
             except Reason as reason:
-                self._note("prim_not_shown", prim, f"not shown: {reason}")
+                self._note("ignored_element", prim, f"not shown: {reason}")
                 self._known[key] = None
         return self._known[key]
 
@@ -202,7 +202,7 @@ class Meshes:
         if shape.unusable.any():
             count = f"{np.count_nonzero(shape.unusable)} of {len(shape.unusable)}"
             self._note(
-                "faces_dropped",
+                "dropped_geometry",
                 prim,
                 f"{count} faces are dropped: they have fewer than three corners or points that are not finite",
             )
@@ -212,7 +212,9 @@ class Meshes:
             shape.smooth = UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get(self._time) != "none"
         if shape.smooth:
             self._note(
-                "subdivision", prim, "subdivision surface: its control mesh is shown, with smooth shading"
+                "approximated_value",
+                prim,
+                "subdivision surface: its control mesh is shown, with smooth shading",
             )
         elif kind not in GPRIMS:
             shape.normals = self._normals(prim, shape.faces, instance)
@@ -228,7 +230,7 @@ class Meshes:
         try:
             points = self._skinning.points(prim, shape.faces.points)
         except ValueError as reason:
-            self._note("not_skinned", prim, f"its skeleton is not applied: {reason}")
+            self._note("ignored_feature", prim, f"its skeleton is not applied: {reason}")
             return
         if shape.normals is not None:
             normals = self._skinning.normals(prim, shape.normals.spread(), shape.faces)
@@ -247,7 +249,7 @@ class Meshes:
         normals = primvar.attach(faces)
         if normals is None:
             self._note(
-                "primvar_mismatch", prim, f"normals are ignored: {primvar.count} values do not fit the mesh"
+                "ignored_key", prim, f"normals are ignored: {primvar.count} values do not fit the mesh"
             )
         return normals
 
@@ -269,7 +271,7 @@ class Meshes:
         groups = [*self._group(prim, bound, np.flatnonzero(rest), faces, instance), *groups]
         if bound is None and rest.any() and _has_binding(prim):
             self._note(
-                "material_missing",
+                "ignored_feature",
                 prim,
                 "the target of its material binding is missing or of an unknown purpose",
             )
@@ -296,9 +298,7 @@ class Meshes:
         colors = self._find(prim, "displayColor", 3, instance)
         base: tuple[float, ...] = GREY
         if colors is not None and (colors.rows is None or not np.isfinite(colors.rows).all()):
-            self._note(
-                "primvar_mismatch", prim, "displayColor is ignored: it has values that are not numbers"
-            )
+            self._note("ignored_key", prim, "displayColor is ignored: it has values that are not numbers")
             colors = None
         if colors is not None:
             if (row := colors.constant) is not None:
@@ -335,7 +335,7 @@ class Meshes:
         if colors is None or colors.rows is None or not np.isfinite(colors.rows).all():
             if colors is not None or reader.fallback is None:
                 self._note(
-                    "primvar_mismatch",
+                    "ignored_key",
                     prim,
                     f"its material reads colours from primvar {reader.primvar}, which is missing or not a colour;"
                     " the reader's fallback is used",
@@ -356,7 +356,7 @@ class Meshes:
             if subset.GetFamilyNameAttr().Get() or not of_faces or not _binds(subset.GetPrim()):
                 continue
             self._note(
-                "subset_family",
+                "invalid_file",
                 subset.GetPrim(),
                 'its material is used although familyName is not "materialBind"',
             )
@@ -373,7 +373,7 @@ class Meshes:
         opacities = primvar.attach(faces)
         if opacities is None:
             self._note(
-                "primvar_mismatch",
+                "ignored_key",
                 prim,
                 f"displayOpacity is ignored: {primvar.count} values do not fit the mesh",
             )
@@ -385,7 +385,7 @@ class Meshes:
         low[shown], high[shown] = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
         means[shown] = np.add.reduceat(corners, starts) / faces.counts[shown]
         if (high > low).any():
-            self._note("opacity_averaged", prim, "opacities that differ within a face are averaged")
+            self._note("approximated_value", prim, "opacities that differ within a face are averaged")
             means = np.round(means * 255) / 255
         return np.where(high > low, means, low)
 
@@ -396,7 +396,7 @@ class Meshes:
         for own in groups:
             if own.colors is not None and own.colors.attach(faces) is None:
                 self._note(
-                    "primvar_mismatch",
+                    "ignored_key",
                     prim,
                     f"colours are ignored: {own.colors.count} values do not fit the mesh",
                 )
@@ -441,7 +441,7 @@ class Meshes:
             used = uvs.index[corner[chosen]]
             table = self._materials.coordinates(own.material).apply(uvs.rows, used)
             if not np.isfinite(table[used]).all():
-                self._note("primvar_mismatch", prim, "texture coordinates are ignored: they are not finite")
+                self._note("ignored_key", prim, "texture coordinates are ignored: they are not finite")
                 continue
             table = np.where(np.isfinite(table), table, 0)
             tables.append(np.column_stack([table[:, 0], 1.0 - table[:, 1]]))
@@ -461,7 +461,7 @@ class Meshes:
             uvs = primvar.attach(faces) if primvar is not None else None
             if primvar is not None and uvs is None:
                 self._note(
-                    "primvar_mismatch",
+                    "ignored_key",
                     prim,
                     f"primvar {name} is ignored: {primvar.count} values do not fit the mesh",
                 )
@@ -469,7 +469,7 @@ class Meshes:
                 return uvs
             place = ", ".join(f"{value:g}" for value in constant)
             self._note(
-                "texture_coordinates_missing",
+                "missing_value",
                 prim,
                 f"without usable texture coordinates {name}, each image is one colour: that at ({place})",
             )

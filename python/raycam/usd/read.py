@@ -82,16 +82,23 @@ def read(
     path = Path(path)
     with path.open("rb") as file:  # raises the usual OSErrors
         if not path.is_file():
-            raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
+            raise FormatError(
+                f"{path}: a device, pipe or socket, expected a regular file", code="unknown_format"
+            )
         size = file.seek(0, os.SEEK_END)
     if time is not None and not math.isfinite(time):
-        raise SettingsError(f"time must be a finite number of seconds, got {time}")
+        raise SettingsError(f"time must be a finite number of seconds, got {time}", code="wrong_type")
     if root is not None:
         check_folder(path, root)
     if size > budget.bytes:
-        raise FormatError(f"{path}: file too large: {size} bytes; the limit is {budget.bytes}")
+        raise FormatError(
+            f"{path}: file too large: {size} bytes; the limit is {budget.bytes}", code="budget_exceeded"
+        )
     if importlib.util.find_spec("pxr") is None:
-        raise SettingsError(f"{path}: reading USD requires Pixar's library: pip install 'raycam[usd]'")
+        raise SettingsError(
+            f"{path}: reading USD requires Pixar's library: pip install 'raycam[usd]'",
+            code="missing_dependency",
+        )
     limits = {
         "memory": budget.memory,
         "bytes": budget.bytes,
@@ -119,7 +126,8 @@ def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | N
     if "unknown_variant" in answer:
         known = ", ".join(answer["variants"][:50]) or "none"
         raise WorldError(
-            f"{path}: no variant {answer['unknown_variant']!r} (variant={variant!r}); the stage has: {known}"
+            f"{path}: no variant {answer['unknown_variant']!r} (variant={variant!r}); the stage has: {known}",
+            code="unknown_name",
         )
     try:
         polygons: dict[str, Any] = dict(read_arrays(folder))
@@ -155,7 +163,9 @@ def _run(command: list[str], seconds: float, path: Path) -> tuple[int, str]:
         try:
             status = process.wait(seconds)
         except subprocess.TimeoutExpired:
-            raise FormatError(f"{path}: not read within {seconds:g} s, the time limit for USD") from None
+            raise FormatError(
+                f"{path}: not read within {seconds:g} s, the time limit for USD", code="budget_exceeded"
+            ) from None
         finally:
             _terminate(process)
         output.seek(max(0, output.seek(0, os.SEEK_END) - 2000))

@@ -92,7 +92,7 @@ class StageReader:
     def notices(self) -> list[StageNotice]:
         """All notices, those about the same thing next to each other."""
         left_out = [
-            StageNotice("prims_skipped", f"{count} {what} are not shown")
+            StageNotice("ignored_element", f"{count} {what} are not shown")
             for what, count in sorted(self._skipped.items())
         ]
         return [
@@ -123,7 +123,7 @@ class StageReader:
                 self._read_prim(prim, role)
             except (ArithmeticError, LookupError, TypeError, ValueError, Tf.ErrorException) as error:
                 lines = str(error).strip().splitlines()[-1:] or [type(error).__name__]
-                self._note("prim_not_shown", prim, f"not shown: {lines[0]}")
+                self._note("ignored_element", prim, f"not shown: {lines[0]}")
         self.moves = self.moves or self._skinning.moves or self._instancers.moves
 
     def _role(self, prim: Usd.Prim) -> Role:
@@ -142,7 +142,7 @@ class StageReader:
     def _report_unused(self, prim: Usd.Prim, words: list[str]) -> None:
         if words:
             subject = f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"
-            self._unused.append(StageNotice("property_ignored", f"ignored: {'; '.join(words)}", subject))
+            self._unused.append(StageNotice("ignored_key", f"ignored: {'; '.join(words)}", subject))
 
     def _read_prim(self, prim: Usd.Prim, role: Role) -> None:
         if reason := self._hidden_reason(prim):
@@ -169,11 +169,11 @@ class StageReader:
     def _read_geometry(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
         matrix = self._turn @ np.array(from_local).T
         if not np.isfinite(matrix).all():
-            self._note("prim_not_shown", prim, "not shown: its transform is not finite")
+            self._note("ignored_element", prim, "not shown: its transform is not finite")
             return
         rank = np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
-            self._note("prim_not_shown", prim, "not shown: its transform has scale 0 along two axes or more")
+            self._note("ignored_element", prim, "not shown: its transform has scale 0 along two axes or more")
             return
         # A matrix that flattens has no inverse: the points are written in the coordinates of the world.
         appearance = self._meshes.describe(prim, baked=matrix if rank < 3 else None)
@@ -197,7 +197,7 @@ class StageReader:
         if not solid.all():
             count = np.count_nonzero(~solid)
             self._note(
-                "instances_invalid", prim, f"{count} instances are not shown: their transforms have scale 0"
+                "ignored_element", prim, f"{count} instances are not shown: their transforms have scale 0"
             )
             kept = np.flatnonzero(solid).tolist()
             names = [names[place] for place in kept]
@@ -218,7 +218,7 @@ class StageReader:
         light, text = light_spec(prim, from_local, self._images.file, self.up, self._time)
         self.lights.extend([light] if light else [])
         if text:
-            self._note("light_changed" if light else "light_dropped", prim, text)
+            self._note("approximated_value" if light else "ignored_element", prim, text)
         self._report_unused(prim, unused_of_light(prim, self._time) if light else [])
 
     def _hidden_reason(self, prim: Usd.Prim) -> str | None:

@@ -93,7 +93,7 @@ def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     if not reader.handover.names:
         has_lost = bool(confinement.has_lost or problems or reader.has_lost)
         _check_empty(stage, has_lost, notices, options)
-        notices.append(StageNotice("nothing_to_show", "the stage contains no meshes or solids"))
+        notices.append(StageNotice("empty_file", "the stage contains no meshes or solids"))
     variants, selected = list_variants(stage)
     notices.extend(_notices_of_stage(stage, reader, options, variants, selected))
     return {
@@ -115,22 +115,22 @@ def _notices_of_stage(
     unit = read_unit(stage.GetRootLayer()) or UsdGeom.GetStageMetersPerUnit(stage)
     if unit != 1.0:
         notices.append(
-            StageNotice("stage_unit", f"its unit of length is {unit:g} m; coordinates are not converted")
+            StageNotice(
+                "assumed_convention", f"its unit of length is {unit:g} m; coordinates are not converted"
+            )
         )
     if reader.moves and options.time is None:
-        notices.append(StageNotice("first_time_shown", _describe_times(stage)))
+        notices.append(StageNotice("first_only", _describe_times(stage)))
     others = len(reader.lights) + len(reader.cameras)
     if options.single and others:
         notices.append(
-            StageNotice(
-                "lights_and_cameras_dropped", f"one object has no lights and cameras: {others} are dropped"
-            )
+            StageNotice("ignored_element", f"one object has no lights and cameras: {others} are dropped")
         )
     if len(variants) > 1 and options.variant is None:
         more = f" and {len(variants) - MAX_VARIANTS} more" if len(variants) > MAX_VARIANTS else ""
         chosen = f"; selected: {', '.join(selected[:MAX_VARIANTS])}" if selected else ""
         text = f"variants: {', '.join(variants[:MAX_VARIANTS])}{more}{chosen}; select one with variant={variants[-1]!r}"
-        notices.append(StageNotice("variants_available", text))
+        notices.append(StageNotice("first_only", text))
     return notices
 
 

@@ -35,7 +35,7 @@ def check_audio(path: Path) -> int:
     try:
         with av.open(str(path)) as file:
             if not file.streams.audio:
-                raise FormatError(f"{path}: there is no track of sound in it")
+                raise FormatError(f"{path}: there is no track of sound in it", code="missing_value")
             for frame in file.decode(file.streams.audio[0]):
                 return int(frame.layout.nb_channels)
     except av.InvalidDataError as fault:

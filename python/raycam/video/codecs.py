@@ -89,7 +89,8 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
     what = " and ".join(word for word, asked in (("lossless", lossless), ("transparent", alpha)) if asked)
     able = dict.fromkeys(end for end, kept, clear in CODECS if clear == alpha and (kept or not lossless))
     raise SettingsError(
-        f"a {ending} file is never {what}; take {', '.join(able)} or a folder of PNG pictures"
+        f"a {ending} file is never {what}; take {', '.join(able)} or a folder of PNG pictures",
+        code="cannot_write",
     )
 
 
@@ -108,7 +109,8 @@ def open_encoder(
         nearest = " x ".join(str(side + side % 2) for side in size)
         name = {"mp4": "an MP4", "webm": "a WebM"}[codec.container]
         raise SettingsError(
-            f"{name} ({codec.pixels}) needs an even width and height, not {size[0]} x {size[1]}: take {nearest}"
+            f"{name} ({codec.pixels}) needs an even width and height, not {size[0]} x {size[1]}: take {nearest}",
+            code="out_of_range",
         )
     rate = as_rate(fps)
     alpha = "a" in codec.pixels

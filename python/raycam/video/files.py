@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..errors import SettingsError
+from ..errors import SettingsError, with_code
 from ..io import atomic_files
 from .audio import check_audio
 from .codecs import CODECS, REPRODUCIBLE, codec_of, open_encoder
@@ -48,12 +48,14 @@ def check_video(
     if suffix and suffix not in ENDINGS:
         raise SettingsError(
             f"{path.name}: the ending {path.suffix!r} is none of a video; expected {', '.join(ENDINGS[:-1])} or "
-            f"{ENDINGS[-1]}, or no ending for a folder of PNG pictures"
+            f"{ENDINGS[-1]}, or no ending for a folder of PNG pictures",
+            code="unknown_format",
         )
     if suffix == ".gif" and (lossless or alpha):
         what = "lossless" if lossless else "transparent"
         raise SettingsError(
-            f"{path.name}: a .gif file is never {what}; take .mov, .mkv or a folder of PNG pictures"
+            f"{path.name}: a .gif file is never {what}; take .mov, .mkv or a folder of PNG pictures",
+            code="cannot_write",
         )
     if suffix and suffix != ".gif":
         require_av(path.name)
@@ -62,7 +64,8 @@ def check_video(
     if audio is not None:
         if suffix in ("", ".gif"):
             raise SettingsError(
-                f"{path.name}: {suffix or 'a folder'} has no sound; take {', '.join(ENDINGS[:-1])}"
+                f"{path.name}: {suffix or 'a folder'} has no sound; take {', '.join(ENDINGS[:-1])}",
+                code="cannot_write",
             )
         check_audio(audio)
 
@@ -83,13 +86,15 @@ def require_av(name: str) -> None:
     except ImportError as error:
         raise SettingsError(
             f"{name}: video files need PyAV ({error}): pip install 'raycam[video]', or write a .gif file or a folder of"
-            " PNG pictures"
+            " PNG pictures",
+            code="missing_dependency",
         ) from None
     major = str(av.__version__).partition(".")[0]
     if not major.isdecimal() or int(major) < OLDEST_AV:
         raise SettingsError(
             f"{name}: video files need PyAV {OLDEST_AV} or newer, this is {av.__version__}: pip install"
-            f" 'raycam[video]', or write a .gif file or a folder of PNG pictures"
+            f" 'raycam[video]', or write a .gif file or a folder of PNG pictures",
+            code="missing_dependency",
         )
 
 
@@ -140,7 +145,9 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     FFmpeg makes it, or without PyAV the plainer `GifWriter`.
     """
     if fps > GIF_MAX_FPS:
-        raise SettingsError(f"a GIF shows at most {GIF_MAX_FPS} frames a second, not {fps:g}")
+        raise SettingsError(
+            f"a GIF shows at most {GIF_MAX_FPS} frames a second, not {fps:g}", code="out_of_range"
+        )
     if not has_av():
         with atomic_files.atomic_path(path) as temporary:
             writer = GifWriter(size, fps)
@@ -187,8 +194,8 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     """Writes frame_0000.png and so on, by frame number, to a folder, which is created if missing."""
     if path.exists() and not path.is_dir():
-        raise NotADirectoryError(
-            errno.ENOTDIR, "this is a file, expected a folder for PNG pictures", str(path)
+        raise with_code(
+            NotADirectoryError(errno.ENOTDIR, "this is a file, expected a folder for PNG pictures", str(path))
         )
     if not path.exists():
         atomic_files.check_writable(path)

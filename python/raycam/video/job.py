@@ -63,7 +63,7 @@ def make_video(
         with opened:  # only to raise its errors: the job writes the pictures
             pass
         job = Job(target, film.package(), resume=resume)
-        film.notices += job.status().damaged
+        film.notices += job.status().notices
         run(job, finished=partial(_report, film))
         with job.assembling():
             return len(numbers) if all(map(job.has, numbers)) else None
@@ -71,7 +71,7 @@ def make_video(
         try:
             with opened as add:
                 job = Job(job_folder(target), film.package(), resume=resume)
-                film.notices += job.status().damaged
+                film.notices += job.status().notices
                 encode = _encoder(job, numbers, add)
                 encode()
 

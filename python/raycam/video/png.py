@@ -37,11 +37,14 @@ def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
         raise FormatError("a PNG picture without its header")
     width, height, bits, kind_of_color, _, _, interlaced = struct.unpack(">IIBBBBB", header)
     if bits != 8 or kind_of_color not in COMPONENTS or interlaced:
-        raise FormatError("a PNG picture of another kind than raycam writes: expected 8 bits, RGB or RGBA")
+        raise FormatError(
+            "a PNG picture of another kind than raycam writes: expected 8 bits, RGB or RGBA",
+            code="unsupported_feature",
+        )
     step = COMPONENTS[kind_of_color]
     raw = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
     if raw.size != height * (width * step + 1):
-        raise FormatError("a PNG picture that is cut off")
+        raise FormatError("a PNG picture that is cut off", code="truncated_file")
     rows = raw.reshape(height, width * step + 1)
     above = np.zeros(width * step, np.uint8)
     found = np.empty((height, width * step), np.uint8)
@@ -62,7 +65,7 @@ def _unfiltered(
     if kind == 2:
         return row + above
     if kind not in (3, 4):
-        raise FormatError(f"a PNG picture with the unknown filter {kind}")
+        raise FormatError(f"a PNG picture with the unknown filter {kind}", code="unsupported_feature")
     values, upper = bytearray(row.tobytes()), above.tobytes()
     for i in range(len(values)):
         left = values[i - step] if i >= step else 0

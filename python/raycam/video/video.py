@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, whole
 from ..camera import Camera
-from ..errors import CameraError, SettingsError, nearest
+from ..errors import CameraError, Notice, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..notices import warn_all
@@ -68,14 +68,16 @@ class VideoPlan:
     ) -> None:
         world = world_of(world)
         camera = None if camera is None else camera_of(world, camera)
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
         """Notices for the user."""
         self._rig = rig
         if rig is not None:
             if camera is not None:
-                raise SettingsError("a rig and a camera: a film shows what one camera sees")
+                raise SettingsError(
+                    "a rig and a camera: a film shows what one camera sees", code="conflicting_values"
+                )
             if rig[1] not in rig[0]:
-                raise CameraError(nearest("camera", rig[1], list(rig[0])))
+                raise CameraError(nearest("camera", rig[1], list(rig[0])), code="unknown_name")
             camera = rig[0][rig[1]]
         animations = world.animations
         if animation is not None or animations:
@@ -86,11 +88,13 @@ class VideoPlan:
         """The camera, before the video moves it."""
         if world.video is None and animation is None:
             world = with_orbit(world)
-            self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
+            message = "the world has no [video], so the camera orbits its middle in 4 seconds"
+            self.notices.append(Notice(message, "default_video"))
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
-            self.notices.append(
+            message = (
                 "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
             )
+            self.notices.append(Notice(message, "varying_samples"))
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
         """Frames per second."""
@@ -102,7 +106,8 @@ class VideoPlan:
         """The duration."""
         if self.fps * self.seconds > MAX_FRAMES:
             raise SettingsError(
-                f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
+                f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames",
+                code="too_large",
             )
         self._world, self._pace, self._settings = world, length / self.seconds, settings
         warn_all(self.notices)
@@ -132,7 +137,9 @@ class VideoPlan:
         found = range(len(self))[start:stop]
         if not found:
             part = f"{'' if start is None else start}:{'' if stop is None else stop}"
-            raise SettingsError(f"frames {part} is empty; the video has frames 0 to {len(self) - 1}")
+            raise SettingsError(
+                f"frames {part} is empty; the video has frames 0 to {len(self) - 1}", code="out_of_range"
+            )
         return found
 
     def time(self, number: int) -> float:
@@ -225,7 +232,7 @@ def frame_maker(world: World, settings: Mapping[str, Any], threads: int | None) 
         **settings["render"],
     )
 
-    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[Notice]]:
         frame = film.frame(number, progress)
         return {picture_name(number): frame.to_png()}, frame.notices
 
@@ -318,7 +325,9 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
             raise ValueError
         return (int(start) if start.strip() else None), (int(stop) if stop.strip() else None)
     except ValueError:
-        raise SettingsError(f"frames must be START:STOP, as in 0:24 or 24:, not {text!r}") from None
+        raise SettingsError(
+            f"frames must be START:STOP, as in 0:24 or 24:, not {text!r}", code="invalid_value"
+        ) from None
 
 
 def with_orbit(world: World, target: Floats | None = None) -> World:
@@ -340,7 +349,9 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
         wanted = int(wanted)
     number = names.index(wanted) if isinstance(wanted, str) and wanted in names else wanted or 0
     if isinstance(number, str) or not 0 <= number < len(names):
-        raise SettingsError(f"no animation {wanted!r}; there are {', '.join(map(repr, names)) or 'none'}")
+        raise SettingsError(
+            f"no animation {wanted!r}; there are {', '.join(map(repr, names)) or 'none'}", code="unknown_name"
+        )
     return number
 
 
@@ -365,5 +376,5 @@ def _names(name: str) -> Iterator[str]:
 
 def _positive(name: str, value: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise SettingsError(f"{name} must be a number greater than 0, not {value!r}")
+        raise SettingsError(f"{name} must be a number greater than 0, not {value!r}", code="out_of_range")
     return float(value)

@@ -107,7 +107,9 @@ def answer(session: Session, message: Message) -> None:
     try:
         if isinstance(message, Explain):
             if message.u >= view.size[0] or message.v >= view.size[1]:
-                raise SettingsError(f"pixel {message.u}, {message.v} is outside of the image")
+                raise SettingsError(
+                    f"pixel {message.u}, {message.v} is outside of the image", code="out_of_range"
+                )
             parts, lines = explained(view.world, view.still_camera, message.u, message.v)
             session.connection.send({"type": "explained", **parts})
             session.show_rays(lines, view.world)

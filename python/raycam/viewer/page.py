@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import flag, numbers, one_of, several, word
-from ..errors import SettingsError
+from ..errors import Notice, SettingsError
 from ..notices import warn_all
 from ..render.arguments import world_of
 from ..render.frame import CHANNELS, VIEWS
@@ -98,9 +98,8 @@ def page(
     packed = _packed(planes, flag("half", half))
     notices = list(frame.notices)
     if half:
-        notices.append(
-            f"{' and '.join(name for name in HALF if name in frame)}: rounded to float16 in this page"
-        )
+        rounded = [name for name in HALF if name in frame]
+        notices.append(Notice("rounded to float16 in this page", "rounded_values", rounded))
     doubts = [*_unlike(frame, compare), *_unnamed(frame, world)]
     warn_all(doubts)
     first = sorted([*frame, *more], key=lambda name: name != "color")
@@ -114,7 +113,7 @@ def page(
         "exposure": check_option("exposure", frame.exposure if exposure is None else exposure),
         "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
-        "notices": [*notices, *doubts],
+        "notices": [str(notice) for notice in (*notices, *doubts)],
         "explanations": _explanations(frame, world, pixels),
     }
     still = still_image(frame, exposure, view, title)
@@ -162,13 +161,20 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
     """The arrays that are planes of this picture, by name. Raises `SettingsError` for others."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
-        raise SettingsError(f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}")
+        raise SettingsError(
+            f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}",
+            code="wrong_type",
+        )
     arrays = {}
     for name, value in given.items():
         if name in frame:
-            raise SettingsError(f"arrays[{name!r}]: the frame has a channel of this name")
+            raise SettingsError(
+                f"arrays[{name!r}]: the frame has a channel of this name", code="duplicate_name"
+            )
         if not (isinstance(name, str) and name.isidentifier()):
-            raise SettingsError(f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'")
+            raise SettingsError(
+                f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'", code="invalid_value"
+            )
         array = arrays[name] = numbers(f"arrays[{name!r}]", value)
         fits = array.shape[:2] == (height, width) and (
             array.ndim == 2 or (array.ndim == 3 and 1 <= array.shape[2] <= MOST_COMPONENTS)
@@ -176,10 +182,13 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
         if not fits:
             raise SettingsError(
                 f"arrays[{name!r}] has the shape {list(array.shape)}; expected [{height}, {width}] or "
-                f"[{height}, {width}, 1 to {MOST_COMPONENTS}]"
+                f"[{height}, {width}, 1 to {MOST_COMPONENTS}]",
+                code="wrong_shape",
             )
         if array.dtype.name not in DTYPES:
-            raise SettingsError(f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}")
+            raise SettingsError(
+                f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}", code="wrong_type"
+            )
     return arrays
 
 
@@ -188,33 +197,37 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
     if other is None:
         return
     if not isinstance(other, type(frame)):
-        raise SettingsError(f"compare must be a raycam.Frame, not {type(other).__name__}")
+        raise SettingsError(f"compare must be a raycam.Frame, not {type(other).__name__}", code="wrong_type")
     if other.region[2:] != frame.region[2:]:
         (_, _, width, height), (_, _, other_width, other_height) = frame.region, other.region
         raise SettingsError(
-            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}"
+            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}",
+            code="wrong_shape",
         )
     if not set(other) & set(frame):
         raise SettingsError(
-            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare"
+            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare",
+            code="conflicting_values",
         )
 
 
-def _unlike(frame: Frame, other: Frame | None) -> Iterator[str]:
+def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
     """Yields what of a second frame is not beside this one."""
     if other is None:
         return
     if other.region[:2] != frame.region[:2]:
-        yield (
+        message = (
             f"compare begins at the pixel {other.region[:2]} of its picture, this frame at {frame.region[:2]}: pixels "
             "of other places are compared"
         )
+        yield Notice(message, "differing_frames")
     alone = [name for name in other if name not in frame]
     if alone:
-        yield f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+        message = f"compare: its {', '.join(alone)} left out, this frame has {', '.join(frame)}"
+        yield Notice(message, "differing_frames")
 
 
-def _unnamed(frame: Frame, world: World | None) -> Iterator[str]:
+def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
     """Yields the ids of objects that the world does not have: the frame is of another world."""
     if world is None or "instance" not in frame or frame["instance"].ndim != 2:
         return
@@ -223,7 +236,8 @@ def _unnamed(frame: Frame, world: World | None) -> Iterator[str]:
     if len(strange):
         more = ", ..." if len(strange) > MOST_TOLD else ""
         told = ", ".join(map(str, strange[:MOST_TOLD].tolist()))
-        yield f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        message = f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        yield Notice(message, "differing_frames")
 
 
 def _packed(planes: Arrays, half: bool) -> dict[str, tuple[dict[str, Any], bytes]]:
@@ -260,7 +274,8 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera"
+            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera",
+            code="missing_value",
         )
     from ..explanation import explain
     from .probe import explanation_parts
@@ -271,7 +286,10 @@ def _explanations(
         explanation = explain(world, frame.camera, pixel)
         column, row = explanation.pixel[0] - x, explanation.pixel[1] - y
         if not (0 <= column < width and 0 <= row < height):
-            raise SettingsError(f"explain: pixel {pixel} is not in the region {frame.region} of this frame")
+            raise SettingsError(
+                f"explain: pixel {pixel} is not in the region {frame.region} of this frame",
+                code="out_of_range",
+            )
         made.append({"column": column, "row": row, **explanation_parts(explanation)[0]})
     return made
 

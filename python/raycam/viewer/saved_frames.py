@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..camera import Camera
-from ..errors import CameraError, FormatError
+from ..errors import CameraError, FormatError, Notice
 from ..render.frame import CHANNELS, Frame
 
 __all__ = ["ENDINGS", "is_frame", "load_frame"]
@@ -48,7 +48,7 @@ def load_frame(path: str | os.PathLike[str]) -> Frame:
         return ENDINGS[Path(path).suffix.lower()](path)
     except KeyError:
         raise FormatError(
-            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}"
+            f"{os.fspath(path)}: no frame; frames are saved as {' or '.join(ENDINGS)}", code="unknown_format"
         ) from None
 
 
@@ -61,7 +61,9 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
             with np.load(file, allow_pickle=False) as saved:
                 arrays: dict[str, Any] = {name: saved[name] for name in saved.files}
     except (ValueError, zipfile.BadZipFile, EOFError):
-        raise FormatError(f"{os.fspath(path)}: this is no .npz file of raycam") from None
+        raise FormatError(
+            f"{os.fspath(path)}: this is no .npz file of raycam", code="unknown_format"
+        ) from None
     channels = {name: arrays[name] for name in CHANNELS if name in arrays}
     if not channels or "size" not in arrays or "region" not in arrays:
         raise FormatError(f"{os.fspath(path)}: this .npz file has no frame of raycam")
@@ -83,7 +85,7 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [
-        f"{name}: float32, as the file holds it"
+        Notice("float32, as the file holds it", "rounded_values", [name])
         for name, array in planes.items()
         if name in CHANNELS and CHANNELS[name][0] != array.dtype
     ]
@@ -129,7 +131,7 @@ def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, st
 
 def _places(
     path: str | os.PathLike[str], windows: list[list[int]], notes: Mapping[str, str]
-) -> tuple[tuple[int, int], tuple[int, int, int, int], list[str]]:
+) -> tuple[tuple[int, int], tuple[int, int, int, int], list[Notice]]:
     """Size and region of the frame, by raycam's own words or by the windows of the file, and notices."""
     (left, top, columns, rows), (x, y, width, height) = windows
     region, size = (left - x, top - y, columns, rows), (width, height)
@@ -148,10 +150,10 @@ def _places(
     is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows
     if is_within:
         return size, region, []
-    notice = (
+    message = (
         "the data window leaves the display window: pixels are counted from the corner of the data window"
     )
-    return (columns, rows), (0, 0, columns, rows), [notice]
+    return (columns, rows), (0, 0, columns, rows), [Notice(message, "ignored_feature")]
 
 
 def _numbers(name: str, whole: bool, bits: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:

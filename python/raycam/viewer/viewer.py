@@ -128,7 +128,8 @@ class Viewer:
         """The address to open in a browser. Whoever has it may look. Raises `SettingsError` in a cell."""
         if self._server is None:
             raise SettingsError(
-                "the view is in a cell and has no address: raycam.view(world, cell=False) has one"
+                "the view is in a cell and has no address: raycam.view(world, cell=False) has one",
+                code="conflicting_values",
             )
         return self._server.url
 
@@ -280,7 +281,10 @@ def view(
     if isinstance(what, Frame):
         of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
         for name in (name for name, value in of_worlds.items() if value is not None):
-            raise SettingsError(f"{name} is for worlds, and this is a frame: see Frame.show for its options")
+            raise SettingsError(
+                f"{name} is for worlds, and this is a frame: see Frame.show for its options",
+                code="conflicting_values",
+            )
         return what.show(**options)
     if isinstance(what, str | os.PathLike):
         options = {"title": Path(what).name, "source": what, **options}

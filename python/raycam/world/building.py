@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole
 from ..camera import Camera, check_camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..notices import warn
 from ..rig import Rig
 from ..robots import FileResolver, JointValues, Robot
@@ -70,11 +70,13 @@ class WorldBuilding(WorldContents):
         description: dict[str, Any] = {"vertices": corners, "triangles": indices("faces", faces)}
         description |= {key: value for key, value in optional.items() if value is not None}
         if material is not None and not isinstance(material, Mapping):
-            raise WorldError(f"material must be a table of keys and values, not {material!r}")
+            raise WorldError(
+                f"material must be a table of keys and values, not {material!r}", code="wrong_type"
+            )
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
-                raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+                raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
             description |= part
         with self._warning():
             return _core.world_add_object(self._core, plain(description), None)
@@ -195,10 +197,11 @@ class WorldBuilding(WorldContents):
         """Adds a rig under its name; its cameras are appended under the names rig/camera."""
         others = [name for name, sensor in rig.sensors.items() if not isinstance(sensor, Camera)]
         if others:
-            warn(
+            message = (
                 f"rig {rig.name!r}: a world stores only a rig's cameras, not the sensors {', '.join(others)}; pass "
                 "the rig itself to videos and data sets"
             )
+            warn(Notice(message, "ignored_element"))
         _core.world_add_rig(self._core, rig._core)
 
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
@@ -269,7 +272,7 @@ class WorldBuilding(WorldContents):
         Raises `WorldError` with the nearest known name, and for a camera of a rig, which moves as a whole.
         """
         if not isinstance(camera, Camera):
-            raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}")
+            raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}", code="wrong_type")
         _core.world_set_camera(self._core, _camera_name(name), camera._core)
 
     def remove_camera(self, name: str) -> None:
@@ -309,5 +312,5 @@ class WorldBuilding(WorldContents):
 def _camera_name(name: object) -> str:
     """Returns the name of a camera; raises `WorldError` for anything else."""
     if not isinstance(name, str):
-        raise WorldError(f"camera names must be strings, got {name!r}")
+        raise WorldError(f"camera names must be strings, got {name!r}", code="wrong_type")
     return name

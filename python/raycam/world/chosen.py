@@ -39,7 +39,10 @@ def object_number(core: _core.World, which: int | str) -> int:
     """The number of one object; raises `WorldError` for an unknown object and a name that several have."""
     found = _numbers([parts[0] for parts in core.objects], which)
     if len(found) != 1:
-        raise WorldError(f"{len(found)} objects are called {which!r} (numbers {found}): give the number")
+        raise WorldError(
+            f"{len(found)} objects are called {which!r} (numbers {found}): give the number",
+            code="duplicate_name",
+        )
     return found[0]
 
 
@@ -52,9 +55,11 @@ def one_object(which: object) -> int | str:
             raise TypeError
         number = operator.index(which)  # type: ignore[arg-type]
     except TypeError:
-        raise WorldError(f"expected an object index or name, got {which!r}") from None
+        raise WorldError(f"expected an object index or name, got {which!r}", code="wrong_type") from None
     if abs(number) > MAX_NUMBER:
-        raise WorldError(f"object {number} of a world with fewer than {MAX_NUMBER}")
+        raise WorldError(
+            f"object {number} of a world with fewer than {MAX_NUMBER}", code="index_out_of_range"
+        )
     return number
 
 
@@ -66,11 +71,13 @@ def _numbers(names: list[str], chosen: Chosen) -> list[int]:
         if isinstance(which, str):
             named = [number for number, name in enumerate(names) if name == which]
             if not named:
-                raise WorldError(nearest("object", which, sorted(set(names))))
+                raise WorldError(nearest("object", which, sorted(set(names))), code="unknown_name")
             found += named
         else:
             number = one_object(which)
             if isinstance(number, str) or not 0 <= number < len(names):
-                raise WorldError(f"object {number} of a world with {len(names)} objects")
+                raise WorldError(
+                    f"object {number} of a world with {len(names)} objects", code="index_out_of_range"
+                )
             found.append(number)
     return found

@@ -13,7 +13,7 @@ from .. import _core
 from .._core import World as CoreWorld
 from ..arguments import Floats, one_of, real, thread_count, whole
 from ..camera import Camera, check_camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..read_only import ReadOnlyDict, ReadOnlyList, read_only_array
@@ -137,7 +137,7 @@ class WorldContents:
         return self._core.texture_memory
 
     @property
-    def notices(self) -> list[str]:
+    def notices(self) -> list[Notice]:
         """Notices from reading and building: parts that were skipped, repaired or assumed.
 
         Each is also warned as a `raycam.Notice` when it arises.
@@ -172,7 +172,8 @@ class WorldContents:
         """The camera of this name; raises `WorldError` with the nearest known name."""
         if not isinstance(name, str):
             raise WorldError(
-                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}"
+                f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}",
+                code="wrong_type",
             )
         return Camera._of(self._core.camera(name), self.up)
 
@@ -231,7 +232,8 @@ class WorldContents:
         """
         if self._stage_variants:
             raise WorldError(
-                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})"
+                f"variants of USD are selected when the file is loaded: load(path, variant={name!r})",
+                code="conflicting_values",
             )
         return self._derived(
             self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))

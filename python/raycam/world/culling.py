@@ -26,11 +26,13 @@ def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Buildi
     if mask.dtype != np.bool_ or mask.shape != (mesh.faces,):
         raise WorldError(
             f"keep must be bool [{mesh.faces}], one for each face of object {which!r}, not {mask.dtype} "
-            f"{list(mask.shape)}"
+            f"{list(mask.shape)}",
+            code="wrong_shape",
         )
     if not mask.any():
         raise WorldError(
-            f"keep is False for all faces of object {which!r}; use world.remove_object to remove it"
+            f"keep is False for all faces of object {which!r}; use world.remove_object to remove it",
+            code="nothing_visible",
         )
     if mesh.slots.any():
         raise WorldError(

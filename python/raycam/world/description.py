@@ -39,7 +39,9 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
         return None
     if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
         if value.ndim != 2 or value.shape[1] != columns:
-            raise WorldError(f"{name} must have the shape [n, {columns}], not {list(value.shape)}")
+            raise WorldError(
+                f"{name} must have the shape [n, {columns}], not {list(value.shape)}", code="wrong_shape"
+            )
         return value
     array = floats(name, value, ("n", columns), error=WorldError)
     if (
@@ -51,7 +53,8 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
     ):
         raise WorldError(
             f"{name}: numbers are linear, from 0 to 1; these go up to {array.max():g}: bytes in sRGB are given as"
-            f" numpy.uint8({name})"
+            f" numpy.uint8({name})",
+            code="out_of_range",
         )
     return array
 
@@ -62,12 +65,16 @@ def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as fault:
-        raise WorldError(f"{name} must be whole numbers [m, 3]: {fault}") from None
+        raise WorldError(f"{name} must be whole numbers [m, 3]: {fault}", code="wrong_type") from None
     if array.size and array.dtype.kind not in "iu":
-        raise WorldError(f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}")
+        raise WorldError(
+            f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}", code="wrong_type"
+        )
     if array.size == 0:
-        raise WorldError(f"{name} is empty: a mesh needs at least one triangle")
+        raise WorldError(f"{name} is empty: a mesh needs at least one triangle", code="missing_value")
     if array.ndim != 2 or array.shape[1] != 3:
         hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
-        raise WorldError(f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}")
+        raise WorldError(
+            f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}", code="wrong_shape"
+        )
     return np.asarray(array, dtype=np.int64)

@@ -30,16 +30,19 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     for part in (keys.pop("material", None) or {},):
         twice = keys.keys() & part.keys()
         if twice:
-            raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+            raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
         keys |= part
     keys = object_keys(None, keys)
     if "faces" in keys:
         if "triangles" in keys:
-            raise WorldError("faces and triangles: they are the same, give one of them")
+            raise WorldError(
+                "faces and triangles: they are the same, give one of them", code="conflicting_values"
+            )
         keys["triangles"] = keys.pop("faces")
     if is_usd(keys.get("mesh")):
         raise WorldError(
-            f"mesh {keys['mesh']!r}: an object does not change into a USD file; remove_object, then add_object"
+            f"mesh {keys['mesh']!r}: an object does not change into a USD file; remove_object, then add_object",
+            code="conflicting_values",
         )
     if "triangles" in keys:
         keys["triangles"] = indices("faces", keys["triangles"])
@@ -53,7 +56,10 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
         keys["matrix"] = floats("matrix", keys["matrix"], (4, 4), (3, 4), error=WorldError)
     given = {name: value for name, value in keys.items() if value is not None}
     if not given:
-        raise WorldError("set_object: nothing to change is given, as in set_object(which, matrix=...)")
+        raise WorldError(
+            "set_object: nothing to change is given, as in set_object(which, matrix=...)",
+            code="missing_value",
+        )
     return given
 
 
@@ -63,7 +69,10 @@ def describe_light_change(
     """The whole description of a light after a change, and True if it keeps its image or profile."""
     given = light_keys(description, keys)
     if not given:
-        raise WorldError("set_light: nothing to change is given, as in set_light(number, irradiance=...)")
+        raise WorldError(
+            "set_light: nothing to change is given, as in set_light(number, irradiance=...)",
+            code="missing_value",
+        )
     if given.get("type", light["type"]) != light["type"]:
         return given, False
     merged = dict(light)

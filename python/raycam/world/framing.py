@@ -88,10 +88,13 @@ def framing_camera(
     found = [bounding_corners(moment, most) for moment in moments or (world,)]
     clouds = [cloud for cloud in found if cloud is not None]
     if not clouds:
-        raise CameraError("the world has no objects: there is nothing to look at")
+        raise CameraError("the world has no objects: there is nothing to look at", code="nothing_visible")
     points = np.concatenate(clouds)
     if not 0 < zoom < np.inf:
-        raise SettingsError(f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again")
+        raise SettingsError(
+            f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again",
+            code="out_of_range",
+        )
     _, front, upward = axes_of(world.up)
     rise = float((toward * upward).sum())
     up_vector = -np.sign(rise) * front if abs(rise) > 0.999 else upward
@@ -122,7 +125,10 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     middle of the picture, even where that is far from the principal point.
     """
     if camera.is_parallel:
-        raise CameraError("the rays of this camera are parallel: no distance makes the world fit its picture")
+        raise CameraError(
+            "the rays of this camera are parallel: no distance makes the world fit its picture",
+            code="unsupported_camera",
+        )
     half = FILLED_SHARE * zoom * np.array(camera.size) / 2
     center = np.array(camera.size) / 2 + camera.corner
     axis, rotation = rotation[2], _turned_to(camera, center, rotation)
@@ -142,7 +148,9 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
         while not (excess(high, cloud) <= 1).all():
             low, high = high, 2 * high
             if high > MAX_DISTANCE * radius:
-                raise CameraError(f"no distance makes the world fit the picture of {camera!r}")
+                raise CameraError(
+                    f"no distance makes the world fit the picture of {camera!r}", code="unsupported_camera"
+                )
         while high - low > 1e-4 * high:
             between = (low + high) / 2
             low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
@@ -164,11 +172,15 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(ray).all():
         raise CameraError(
-            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}"
+            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}",
+            code="unsupported_camera",
         )
     x, y, z = ray / np.sqrt((ray * ray).sum())
     if z < -0.999:
-        raise CameraError(f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}")
+        raise CameraError(
+            f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}",
+            code="unsupported_camera",
+        )
     # Rodrigues' rotation of (0, 0, 1) to (x, y, z).
     a = 1 / (1 + z)
     turn = np.array([[1 - x * x * a, -x * y * a, x], [-x * y * a, 1 - y * y * a, y], [-x, -y, z]])
@@ -249,13 +261,17 @@ def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
     """The unit vector from the middle to the eye."""
     if isinstance(direction, str):
         if direction not in DIRECTIONS:
-            raise SettingsError(nearest("side to look from", direction, list(DIRECTIONS)))
+            raise SettingsError(
+                nearest("side to look from", direction, list(DIRECTIONS)), code="unknown_name"
+            )
         vector = product(np.array([DIRECTIONS[direction]]), axes_of(up))[0]
     else:
         vector = floats("direction", direction, (3,), error=SettingsError)
     length = float(np.sqrt((vector * vector).sum()))
     if not 0 < length < np.inf:
-        raise SettingsError(f"direction is {direction!r}: expected a direction that is not zero")
+        raise SettingsError(
+            f"direction is {direction!r}: expected a direction that is not zero", code="invalid_value"
+        )
     unit: Floats = vector / length
     return unit
 

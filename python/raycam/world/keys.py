@@ -153,7 +153,8 @@ def object_keys(
     elif isinstance(description, str | os.PathLike):
         if not Path(description).suffix:
             raise WorldError(
-                f"{nearest('shape', os.fspath(description), list(SHAPES))}; a mesh file has an ending, as in cow.obj"
+                f"{nearest('shape', os.fspath(description), list(SHAPES))}; a mesh file has an ending, as in cow.obj",
+                code="unknown_name",
             )
         description = {"mesh": os.fspath(description)}
     given = _together(description, keys)
@@ -172,13 +173,16 @@ def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dic
         or (shape not in SIZED and not isinstance(table, Mapping))
     ):
         raise WorldError(
-            f"{shape}: {table!r}: expected a dict of {', '.join(own)}, such as {shape}={{{own[0]!r}: 1}}"
+            f"{shape}: {table!r}: expected a dict of {', '.join(own)}, such as {shape}={{{own[0]!r}: 1}}",
+            code="wrong_type",
         )
     table = dict(table) if isinstance(table, Mapping) else {own[0]: table}
     for key in own:
         if key in given:
             if key in table:
-                raise WorldError(f"{key}: given twice, for the object and in its {shape}")
+                raise WorldError(
+                    f"{key}: given twice, for the object and in its {shape}", code="duplicate_name"
+                )
             table[key] = given.pop(key)
     return table
 
@@ -192,5 +196,7 @@ def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 
 def _together(description: Mapping[str, Any] | None, keys: dict[str, Any]) -> dict[str, Any]:
     if description is not None and not isinstance(description, Mapping):
-        raise WorldError(f"expected a dict, a text or keywords, not {type(description).__name__}")
+        raise WorldError(
+            f"expected a dict, a text or keywords, not {type(description).__name__}", code="wrong_type"
+        )
     return {**(description or {}), **keys}

@@ -16,7 +16,7 @@ from ..robots import find_root
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
-from .usd_files import explain_usd, load_usd
+from .usd_files import load_usd
 from .world import World
 
 __all__ = ["load"]
@@ -62,7 +62,9 @@ def load(
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
     if not isinstance(path, str | os.PathLike):
-        raise SettingsError(f"path must be the path of a world or model, not {type(path).__name__}")
+        raise SettingsError(
+            f"path must be the path of a world or model, not {type(path).__name__}", code="wrong_type"
+        )
     check_exists(path)
     if Path(path).suffix.lower() in usd.SUFFIXES:
         core, variants = load_usd(path, texture_memory, folder, time, variant)
@@ -70,11 +72,14 @@ def load(
     elif is_robot(path):
         return _load_robot(path, variant, texture_memory, folder, time, up, packages)
     elif time is not None:
-        raise SettingsError(f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)")
+        raise SettingsError(
+            f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
+            code="conflicting_values",
+        )
     else:
         if folder is not None:
             check_folder(path, folder)
-        with explain_usd(), recipe_named(path):
+        with recipe_named(path):
             found = _with_robots(path, folder, texture_memory)
             limit = memory_limits.parse_size("texture_memory", texture_memory)
             world = found or World._of(_core.World.load(os.fspath(path), folder, limit))
@@ -146,10 +151,11 @@ def _load_robot(
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
     """The same world with another up axis; raises `SettingsError` for a world file, which says it itself."""
     if up not in ("z", "y"):
-        raise SettingsError(f"up is {up!r}; expected 'z' or 'y'")
+        raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
         raise SettingsError(
-            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top'
+            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top',
+            code="conflicting_values",
         )
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
     return World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))

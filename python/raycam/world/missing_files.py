@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import WorldError
+from ..errors import WorldError, with_code
 
 __all__ = ["MODELS", "check_exists", "nearest_names", "recipe_named"]
 
@@ -39,18 +39,24 @@ def check_exists(path: str | os.PathLike[str]) -> None:
     Raises `IsADirectoryError` with the names of models in it for a folder.
     """
     if os.path.isdir(path):
-        raise IsADirectoryError(
-            errno.EISDIR, f"a folder, expected a world or model{_hint(Path(path, '-'))}", os.fspath(path)
+        raise with_code(
+            IsADirectoryError(
+                errno.EISDIR, f"a folder, expected a world or model{_hint(Path(path, '-'))}", os.fspath(path)
+            )
         )
     if os.path.exists(path):
         return
     if os.path.islink(path):
         target = os.readlink(path)
         way = ": git annex get brings it" if "annex/objects" in target else ""
-        raise FileNotFoundError(
-            errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
+        raise with_code(
+            FileNotFoundError(
+                errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
+            )
         )
-    raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
+    raise with_code(
+        FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
+    )
 
 
 def nearest_names(path: str | os.PathLike[str]) -> str:
@@ -74,7 +80,8 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
             raise
         raise WorldError(
             f"{error}; it looks like a recipe, which makes many worlds: raycam.sample({os.fspath(path)!r}, 0) is one"
-            " of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR"
+            " of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR",
+            code=error.code,
         ) from None
 
 

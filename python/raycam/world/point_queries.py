@@ -167,7 +167,7 @@ class PointQueries:
         if margin is None:
             margin = _rounding(left, right)
         elif not isinstance(margin, int | float | np.number) or not margin >= 0:
-            raise SettingsError(f"margin must be a number of at least 0, not {margin!r}")
+            raise SettingsError(f"margin must be a number of at least 0, not {margin!r}", code="out_of_range")
         word = one_of("surface", surface, ("first", "solid"))
         mask, threads = self._ready(objects, threads)
         count = int(np.prod(shape, dtype=np.int64))

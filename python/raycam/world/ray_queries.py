@@ -204,7 +204,7 @@ class RayQueries:
         """Prepares the world; returns the query as the core takes it, and the shape of the rays."""
         keys: dict[str, Any] = dict(given)
         for name in keys.keys() - allowed.__annotations__.keys():
-            raise SettingsError(nearest("argument", name, list(allowed.__annotations__)))
+            raise SettingsError(nearest("argument", name, list(allowed.__annotations__)), code="unknown_key")
         threads, coherent, skip = thread_count(keys.get("threads")), keys.get("coherent"), keys.get("skip")
         starts, ways = paired(
             ("origins", triples("origins", origins)), ("directions", triples("directions", directions))
@@ -243,20 +243,27 @@ def _skipped(
     except TypeError:
         pair = ()
     if len(pair) != 2:
-        raise SettingsError(f"skip must be (instance, triangle), one for each ray, not {skip!r}")
+        raise SettingsError(
+            f"skip must be (instance, triangle), one for each ray, not {skip!r}", code="wrong_shape"
+        )
     both = []
     for name, values in zip(("skip[0]", "skip[1]"), pair, strict=True):
         array = numbers(name, values)
         if array.dtype.kind not in "iu" and array.size:
-            raise SettingsError(f"{name} must be whole numbers, not of dtype {array.dtype}")
+            raise SettingsError(
+                f"{name} must be whole numbers, not of dtype {array.dtype}", code="wrong_type"
+            )
         try:
             spread = np.broadcast_to(array, shape)
         except ValueError:
             raise SettingsError(
-                f"{name} must be one number or one for each ray {list(shape)}, not {list(array.shape)}"
+                f"{name} must be one number or one for each ray {list(shape)}, not {list(array.shape)}",
+                code="wrong_shape",
             ) from None
         limit = np.iinfo(np.int32)
         if spread.size and not (limit.min <= spread.min() and spread.max() <= limit.max):
-            raise SettingsError(f"{name} must be numbers of objects and triangles, which fit into int32")
+            raise SettingsError(
+                f"{name} must be numbers of objects and triangles, which fit into int32", code="wrong_type"
+            )
         both.append(np.ascontiguousarray(spread, dtype=np.int32).reshape(-1))
     return both[0], both[1]

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import _core, robots
 from ..arguments import Floats, one_of
-from ..errors import Error, FormatError, WorldError
+from ..errors import Error, FormatError, Notice, WorldError
 from .description import plain
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
-) -> tuple[robots.Robot, list[str]]:
+) -> tuple[robots.Robot, list[Notice]]:
     """Adds a robot's shapes to a world at its zero; returns the robot and notices.
 
     The world is unchanged if an error is raised before objects are added: all files are found first.
@@ -57,7 +57,9 @@ def place_robot(
         description.name if name is None else name, description, _pose(world, placement)
     )
     if robot.name in world._robots:
-        raise WorldError(f"robot {robot.name!r}: the name is taken; pass another name=")
+        raise WorldError(
+            f"robot {robot.name!r}: the name is taken; pass another name=", code="duplicate_name"
+        )
     builder = _Builder(world, robot, files, geometry, category)
     builder.find_meshes(missing)
     builder.add_objects()
@@ -77,7 +79,7 @@ def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
         not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6)
         or np.linalg.det(pose[:3, :3]) < 0
     ):
-        raise WorldError("matrix: a robot's pose must be a rotation and a translation")
+        raise WorldError("matrix: a robot's pose must be a rotation and a translation", code="not_a_rotation")
     if world.up == "y" and "matrix" not in given:
         pose = pose @ np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
     return pose
@@ -97,7 +99,7 @@ class _Builder:
         self._world, self._robot, self._files = world, robot, files
         self._geometry, self._category = geometry, category
         self._found: dict[str, Path | None] = {}
-        self.notices: list[str] = []
+        self.notices: list[Notice] = []
 
     def _shapes(self) -> list[tuple[str, int, robots.Visual]]:
         """The link, number and shape of everything shown."""
@@ -132,11 +134,14 @@ class _Builder:
             raise FormatError(
                 f"{self._robot.description.file}: {len(faults)} meshes cannot be used: "
                 + "; ".join(list(faults.values())[:SHOWN_FAULTS])
-                + f'{rest}; pass packages=[...] or folder=, or missing="box" for boxes instead'
+                + f'{rest}; pass packages=[...] or folder=, or missing="box" for boxes instead',
+                code="file_not_found",
             )
         for name, fault in faults.items():
             self._found[name] = None
-            self.notices.append(f"{fault}; its collision shapes or a box are shown instead")
+            self.notices.append(
+                Notice(f"{fault}; its collision shapes or a box are shown instead", "ignored_element")
+            )
 
     def add_objects(self) -> None:
         """Adds one object for each shape; in a failed call, the objects added so far are removed."""
@@ -189,7 +194,11 @@ class _Builder:
         sizes = [size if size > 0 else 1e-9 for size in geometry.size]
         if 0.0 in geometry.size:
             self.notices.append(
-                f"{self._robot.description.file}:{shape.line}: a {geometry.kind} has a size of 0; it is shown as 1 nm"
+                Notice(
+                    f"{self._robot.description.file}:{shape.line}: a {geometry.kind} has a size of 0; "
+                    "it is shown as 1 nm",
+                    "replaced_value",
+                )
             )
         if geometry.kind == "box":
             keys["box"] = {"size": sizes}
@@ -216,8 +225,13 @@ class _Builder:
                         core, plain(keys | {"mesh": copy, "upright": False}), None
                     )
                 except Error as error:
-                    raise type(error)(str(error).replace(os.fspath(copy), os.fspath(path))) from None
-                own = [notice.replace(os.fspath(copy), os.fspath(path)) for notice in core.notices[before:]]
+                    raise type(error)(
+                        str(error).replace(os.fspath(copy), os.fspath(path)), code=error.code
+                    ) from None
+                own = [
+                    Notice(str(notice).replace(os.fspath(copy), os.fspath(path)), notice.code)
+                    for notice in core.notices[before:]
+                ]
                 core.set_notices([*core.notices[:before], *own])
             return number
         if suffix in (".glb", ".gltf"):
@@ -245,15 +259,21 @@ class _Builder:
                 keys["opacity"] = material.rgba[3]
             elif material.rgba[3] == 0:
                 self.notices.append(
-                    f"{self._robot.description.file}: material {material.name!r} is fully transparent (alpha 0); "
-                    "it is shown opaque"
+                    Notice(
+                        f"{self._robot.description.file}: material {material.name!r} is fully transparent (alpha 0); "
+                        "it is shown opaque",
+                        "ignored_transparency",
+                    )
                 )
         if material.texture is not None:
             try:
                 keys["texture"] = self._files.find(material.texture)
             except robots.Missing as reason:
                 self.notices.append(
-                    f"{self._robot.description.file}: texture {material.texture!r} is not shown: {reason}"
+                    Notice(
+                        f"{self._robot.description.file}: texture {material.texture!r} is not shown: {reason}",
+                        "missing_file",
+                    )
                 )
         return keys
 

@@ -23,7 +23,7 @@ __all__ = ["find_robot", "follow_joints", "joint_poses", "mounted_camera", "move
 def find_robot(world: WorldContents, name: object) -> Robot:
     """Returns the robot of this name; raises `WorldError` with the nearest known name."""
     if not isinstance(name, str) or name not in world._robots:
-        raise WorldError(nearest("robot", name, list(world._robots)))
+        raise WorldError(nearest("robot", name, list(world._robots)), code="unknown_name")
     return world._robots[name]
 
 
@@ -33,7 +33,8 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
     vectors, single = robot._vectors(joints)
     if not single:
         raise WorldError(
-            f"set_joints: expected one value per joint, got {len(vectors)}; render_many takes several"
+            f"set_joints: expected one value per joint, got {len(vectors)}; render_many takes several",
+            code="wrong_shape",
         )
     vectors, notices = robot._limited(vectors, clamp)
     current = {item[0]: np.array(item[4]) for item in world._core.objects}
@@ -50,7 +51,9 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
 def joint_poses(world: WorldContents, joints: Mapping[str, JointValues]) -> dict[str, Floats]:
     """Returns world_from_mesh [n, 4, 4] of the objects of robots for joint values of many images."""
     if not isinstance(joints, Mapping):
-        raise WorldError(f"joints must map robot names to joint values, got {type(joints).__name__}")
+        raise WorldError(
+            f"joints must map robot names to joint values, got {type(joints).__name__}", code="wrong_type"
+        )
     poses: dict[str, Floats] = {}
     present = {item[0] for item in world._core.objects}
     for name, values in joints.items():
@@ -92,7 +95,8 @@ def follow_joints(
     for number, one in enumerate(placed):
         if len(one) not in (1, len(placed)):
             raise SettingsError(
-                f"{len(placed)} cameras and {len(one)} joint vectors: expected as many of each"
+                f"{len(placed)} cameras and {len(one)} joint vectors: expected as many of each",
+                code="wrong_shape",
             )
         placed[number] = [one[number if len(one) > 1 else 0]]
     return [one[0] for one in placed]

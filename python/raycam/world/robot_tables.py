@@ -39,7 +39,7 @@ def split_robots(
     rest = dict(description)
     tables = rest.pop("robot")
     if not isinstance(tables, Sequence) or not all(isinstance(table, Mapping) for table in tables):
-        raise WorldError("robot: expected tables [[robot]]")
+        raise WorldError("robot: expected tables [[robot]]", code="wrong_type")
     video = rest.get("video")
     frames = video.get("keyframe", []) if isinstance(video, Mapping) else []
     moves = any(isinstance(frame, Mapping) and "robot" in frame for frame in frames)
@@ -77,16 +77,16 @@ def add_robot_tables(
 def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:
     for key in table:
         if key not in ROBOT_KEYS:
-            raise WorldError(nearest("key", key, list(ROBOT_KEYS)))
+            raise WorldError(nearest("key", key, list(ROBOT_KEYS)), code="unknown_key")
     file = table.pop("file", None)
     if not isinstance(file, str):
-        raise WorldError(f"file: expected the name of a robot file, got {file!r}")
+        raise WorldError(f"file: expected the name of a robot file, got {file!r}", code="wrong_type")
     cameras = table.pop("camera", [])
     if not isinstance(cameras, Sequence) or not all(isinstance(one, Mapping) for one in cameras):
-        raise WorldError("camera: expected tables [[robot.camera]]")
+        raise WorldError("camera: expected tables [[robot.camera]]", code="wrong_type")
     packages = table.pop("packages", [])
     if not isinstance(packages, Sequence) or isinstance(packages, str):
-        raise WorldError(f"packages: expected a list of folders, got {packages!r}")
+        raise WorldError(f"packages: expected a list of folders, got {packages!r}", code="wrong_type")
     path = _inside(folder, file)
     robot = world.add_robot(path, folder=folder, packages=[folder / package for package in packages], **table)
     for camera in cameras:
@@ -97,7 +97,7 @@ def _inside(folder: Path, name: str) -> Path:
     """The path of a file in the world's folder; raises `WorldError` for one outside, `OSError` for a missing one."""
     path = folder / name
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
-        raise WorldError(f"{name!r} is outside the world's folder {folder}")
+        raise WorldError(f"{name!r} is outside the world's folder {folder}", code="outside_root")
     path.stat()
     return path
 
@@ -106,7 +106,9 @@ def _mount(world: WorldBuilding, robot: Robot, table: dict[str, Any], folder: Pa
     """Adds a camera of a robot, named `robot/camera`; its pose in the table is relative to the link."""
     link, name = table.pop("link", None), table.pop("name", "camera")
     if not isinstance(link, str) or not isinstance(name, str):
-        raise WorldError(f"camera: name and link must be strings, got {name!r} and {link!r}")
+        raise WorldError(
+            f"camera: name and link must be strings, got {name!r} and {link!r}", code="wrong_type"
+        )
     calibration = table.pop("calibration", None)
     if calibration is None:
         if "C" in table:
@@ -116,7 +118,7 @@ def _mount(world: WorldBuilding, robot: Robot, table: dict[str, Any], folder: Pa
         on_link = _calibrated(_inside(folder, str(calibration)), table)
     full = f"{robot.name}/{name}"
     if full in world.cameras:
-        raise WorldError(f"camera {full!r}: the name is taken")
+        raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
     world.add_camera(place_camera(on_link, robot.pose(link)), full)
     robot._cameras.append((full, link, on_link))
 
@@ -125,7 +127,10 @@ def _calibrated(path: Path, table: dict[str, Any]) -> Camera:
     """The first camera of a calibration file, with `R` and `C` of the table."""
     for key in table:
         if key not in ("R", "C"):
-            raise WorldError(f"camera: {nearest('key', key, ['name', 'link', 'calibration', 'R', 'C'])}")
+            raise WorldError(
+                f"camera: {nearest('key', key, ['name', 'link', 'calibration', 'R', 'C'])}",
+                code="unknown_key",
+            )
     records, _ = _core.read_cameras(os.fspath(path), None, None, None)
     camera = Camera._of(records[0].camera(), "z")
     return camera.at_pose(table.get("R", camera.R), table.get("C", camera.location))

@@ -48,7 +48,10 @@ def add_ground(
     """Adds a level square under the world; see `World.add_ground`."""
     bounds = without_ground(world).bounds
     if bounds is None and (height is None or size is None):
-        raise WorldError("the world is empty: add its objects first, or give the ground's height and size")
+        raise WorldError(
+            "the world is empty: add its objects first, or give the ground's height and size",
+            code="missing_value",
+        )
     low, high = np.zeros((2, 3)) if bounds is None else bounds
     radius = float(np.sqrt(((high - low) ** 2).sum())) / 2 or 1.0
     axis = 2 if world.up == "z" else 1

@@ -27,17 +27,23 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     kind, target = keys.get("type"), _point(world, keys.pop("target"))
     if kind not in (*DIRECTED, "area"):
         raise WorldError(
-            f"target: a light of type {kind!r} has no direction; lights with one: {', '.join((*DIRECTED, 'area'))}"
+            f"target: a light of type {kind!r} has no direction; lights with one: {', '.join((*DIRECTED, 'area'))}",
+            code="invalid_value",
         )
     for taken in ("direction",) if kind != "area" else ("u", "v"):
         if taken in keys:
-            raise WorldError(f"target and {taken}: both aim the light; give one of them")
+            raise WorldError(
+                f"target and {taken}: both aim the light; give one of them", code="conflicting_values"
+            )
     if "position" not in keys:
-        raise WorldError("target: position is missing, the point from which the light shines at the target")
+        raise WorldError(
+            "target: position is missing, the point from which the light shines at the target",
+            code="missing_value",
+        )
     start = floats("position", keys["position"], (3,), error=WorldError)
     way = target - start
     if not way.any():
-        raise WorldError(f"target is the light's own position, {start.tolist()}")
+        raise WorldError(f"target is the light's own position, {start.tolist()}", code="invalid_value")
     if kind == "area":
         keys["u"], keys["v"] = _edges(world.up, way, keys.pop("size", (1.0, 1.0)))
         keys["position"] = start.tolist()
@@ -54,7 +60,7 @@ def _point(world: WorldContents, target: Any) -> Floats:
         return floats("target", target, (3,), error=WorldError)
     names = {item.name: item.id for item in world.objects}
     if target not in names:
-        raise WorldError(nearest("object to aim at", target, list(names)))
+        raise WorldError(nearest("object to aim at", target, list(names)), code="unknown_name")
     corners = world.triangles(names[target]).reshape(-1, 3)
     middle: Floats = (corners.min(axis=0) + corners.max(axis=0)) / 2
     return middle

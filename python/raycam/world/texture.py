@@ -56,7 +56,11 @@ def _image(image: object) -> object:
     refuse_mask("texture", image, WorldError)
     array = np.asarray(image)
     if array.ndim not in (2, 3) or array.size == 0 or (array.ndim == 3 and not 1 <= array.shape[2] <= 4):
-        raise WorldError(f"texture of shape {list(array.shape)}: expected [h, w] or [h, w, 1..4]")
+        raise WorldError(
+            f"texture of shape {list(array.shape)}: expected [h, w] or [h, w, 1..4]", code="wrong_shape"
+        )
     if array.dtype not in (np.uint8, np.uint16, np.bool_) and array.dtype.kind != "f":
-        raise WorldError(f"texture of dtype {array.dtype}: expected uint8, uint16, bool or floats")
+        raise WorldError(
+            f"texture of dtype {array.dtype}: expected uint8, uint16, bool or floats", code="wrong_type"
+        )
     return array

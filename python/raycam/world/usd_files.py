@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from .. import _core, usd
-from ..errors import FormatError
+from ..errors import FormatError, Notice
 from ..io import memory_limits
 from .description import plain
 
-__all__ = ["add_usd_object", "explain_usd", "is_usd", "load_usd"]
+__all__ = ["add_usd_object", "is_usd", "load_usd"]
 
 
 def is_usd(name: object) -> bool:
@@ -63,38 +63,26 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
         own = stage.world["up"]
         if up is not None and up != own:
             text = f"its up axis, {own}, is turned to {up}; upright=False keeps it"
-            stage.notices.append(("up_axis_turned", text))
+            stage.notices.append(("converted_up_axis", text))
         if up is None and upright is None and core.up != own:
             text = (
                 f"its up axis, {own}, is not turned to {core.up}, because matrix applies to the file's own axes; "
                 "upright=True turns it before matrix is applied"
             )
-            stage.notices.append(("up_axis_kept", text))
+            stage.notices.append(("converted_up_axis", text))
         _set_notices(core, before, path, folder, stage)
     return number
-
-
-@contextlib.contextmanager
-def explain_usd() -> Iterator[None]:
-    """Adds a remedy to the error that a description names a USD file, which only Python reads."""
-    try:
-        yield
-    except FormatError as error:
-        place, found, _ = str(error).partition(": unknown kind of file")
-        if found and place.lower().endswith(usd.SUFFIXES):
-            raise FormatError(
-                f"{place}: a world file cannot name USD files; convert it once with"
-                ' raycam.load("x.usd").to_gltf("x.glb"), or use World.add_object(mesh="x.usd")'
-            ) from None
-        raise
 
 
 def _set_notices(
     core: _core.World, first: int, path: str | os.PathLike[str], folder: str, stage: usd.StageContents
 ) -> None:
     """Replaces the names of temporary files in the world's notices from `first` on, and adds those of the stage."""
-    own = [_name_originals(notice, path, folder, stage.files) for notice in core.notices[first:]]
-    stage_notices = [f"{os.fspath(path)}: {text}" for _, text in stage.notices]
+    own = [
+        Notice(_name_originals(str(notice), path, folder, stage.files), notice.code)
+        for notice in core.notices[first:]
+    ]
+    stage_notices = [Notice(f"{os.fspath(path)}: {text}", code) for code, text in stage.notices]
     core.set_notices([*core.notices[:first], *own, *stage_notices])
 
 
@@ -104,7 +92,7 @@ def _original_names(path: str | os.PathLike[str], folder: str, files: dict[str, 
     try:
         yield
     except FormatError as error:
-        raise FormatError(_name_originals(str(error), path, folder, files)) from None
+        raise FormatError(_name_originals(str(error), path, folder, files), code=error.code) from None
 
 
 def _name_originals(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..camera import Camera
-from ..errors import FormatError
+from ..errors import FormatError, Notice
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.html_form import html_table
@@ -25,7 +25,6 @@ from .point_queries import PointQueries
 from .ray_queries import RayQueries
 from .robot_tables import add_robot_tables, has_robots, split_robots
 from .studio import add_ground, add_studio
-from .usd_files import explain_usd
 
 __all__ = ["World"]
 
@@ -92,8 +91,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         video: dict[str, Any] = {}
         if has_robots(description):
             description, robots, video = split_robots(description)
-        with explain_usd():
-            world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
         warn_all(world.notices)
         add_robot_tables(world, robots, folder, robot_lines)
         if video:
@@ -113,14 +111,16 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         if not isinstance(data, bytes | bytearray | memoryview):
-            raise FormatError(f"data must be the bytes of World.to_bytes, not {type(data).__name__}")
+            raise FormatError(
+                f"data must be the bytes of World.to_bytes, not {type(data).__name__}", code="wrong_type"
+            )
         return cls._of(
             _core.world_from_bytes(
                 bytes(data), memory_limits.parse_size("texture_memory", texture_memory), ""
             )
         )
 
-    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[Notice]:
         """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
         Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,

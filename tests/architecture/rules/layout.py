@@ -13,8 +13,8 @@ ORDER = {
         scene/query lib
     """,
     "scene": """
-        error written named_enum up foreign_terms math color mesh texture material light camera animation render_options
-        video model world schema
+        codes notice error_code error written named_enum up foreign_terms math color mesh texture material light camera
+        animation render_options video model world schema
         triangles lib
     """,
     "formats": """
@@ -35,10 +35,10 @@ ORDER = {
         failure request page lib
     """,
     "bindings": """
-        error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
+        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arguments read_only _serialization io camera sensors/sensor rig usd robots world
+        errors codes notices progress arguments read_only _serialization io camera sensors/sensor rig usd robots world
         calibration reference render sensors annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli

@@ -11,6 +11,7 @@ use crate::arrays::rows_of;
 use crate::camera::Camera;
 use crate::camera::rig::Rig;
 use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
+use crate::notice::Notices;
 
 /// A rotation and a centre.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
@@ -105,7 +106,7 @@ pub(crate) fn read_cameras(
     intrinsics: Option<&Camera>,
     lens: Option<&str>,
     convention: Option<(bool, bool)>,
-) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
+) -> PyResult<(Vec<PyCameraRecord>, Notices)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics.map(|camera| CameraRecord::from_camera("", &camera.inner)),
@@ -114,7 +115,7 @@ pub(crate) fn read_cameras(
     };
     let found = detached(py, || raycam_calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
     let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });
-    Ok((records.collect(), found.notices))
+    Ok((records.collect(), found.notices.into()))
 }
 
 /// Names, relative to `path`, and bytes of the files that hold the records, and notices.
@@ -124,10 +125,10 @@ pub(crate) fn write_cameras(
     records: Vec<PyRef<'_, PyCameraRecord>>,
     path: PathBuf,
     format: &str,
-) -> PyResult<(Vec<(String, Vec<u8>)>, Vec<String>)> {
+) -> PyResult<(Vec<(String, Vec<u8>)>, Notices)> {
     let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
     let written = catch_panic(|| raycam_calibration::write(&records, &path, format))?.or_raise()?;
-    Ok((written.files, written.notices))
+    Ok((written.files, written.notices.into()))
 }
 
 /// The names of the formats that are read, and of those that are written.

@@ -34,7 +34,7 @@ impl PointArguments<'_> {
         let limits = self.max_distance.as_slice();
         Ok(PointArrays {
             points: rows(&self.points, "points")?,
-            max_distance: limits.map_err(|_| settings_error("max_distance: expected a C-contiguous array".into()))?,
+            max_distance: limits.map_err(|_| settings_error("max_distance: expected a C-contiguous array"))?,
             objects: mask(self.objects.as_ref())?,
         })
     }

@@ -13,6 +13,7 @@ use raycam_scene::{ViewTransform, color};
 use crate::arrays::{ArrayResult, BytesResult, NewArray, array};
 use crate::camera::Camera;
 use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
+use crate::notice::Notices;
 
 /// Any array of plain numbers.
 #[derive(FromPyObject)]
@@ -35,11 +36,11 @@ pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<
 /// float32 [height, width, 4] of an image file, and the notices of its reader: linear colours, or with `data` its
 /// numbers, those of integers in 0..1, without any decoding.
 #[pyfunction]
-pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResult<(NewArray<'_, f32>, Vec<String>)> {
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResult<(NewArray<'_, f32>, Notices)> {
     let color_use = if data { ColorUse::Data } else { ColorUse::Color };
     let (image, notices) = detached(py, || read_image(&path, color_use, &Budget::default()))?;
     let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
-    Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices))
+    Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices.into()))
 }
 
 /// Name and array of each channel of an EXR file of one part: uint32 [height, width] with True, or the bits of float32.
@@ -103,7 +104,7 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesR
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
-        _ => return Err(settings_error("a PNG holds uint8 or uint16".into())),
+        _ => return Err(settings_error("a PNG holds uint8 or uint16")),
     };
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
@@ -183,14 +184,14 @@ pub(crate) fn mask_polygons(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>
 
 /// The values of an array in C order.
 fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
-    array.as_slice().map_err(|_| settings_error("expected a C-contiguous array".into()))
+    array.as_slice().map_err(|_| settings_error("expected a C-contiguous array"))
 }
 
 /// The colours of an array [..., 3].
 fn colors<'a>(array: &'a PyReadonlyArrayDyn<'_, f32>) -> PyResult<&'a [[f32; 3]]> {
     match contiguous(array)?.as_chunks::<3>() {
         (colors, []) => Ok(colors),
-        _ => Err(settings_error("expected an array [..., 3] of colours".into())),
+        _ => Err(settings_error("expected an array [..., 3] of colours")),
     }
 }
 

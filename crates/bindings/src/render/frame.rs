@@ -7,6 +7,7 @@ use raycam_render::{Channel, Frame, ImagePlane, PixelType};
 
 use crate::arrays::array;
 use crate::error::{detached, settings_error};
+use crate::notice::Notices;
 
 /// (name, dtype, components) of every channel.
 #[pyfunction]
@@ -25,7 +26,7 @@ pub(crate) fn channel(name: &str) -> PyResult<Channel> {
 }
 
 /// The planes of a frame by name: [height, width] or [height, width, components]; its region; its notices.
-pub(crate) type FrameParts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Vec<String>);
+pub(crate) type FrameParts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Notices);
 
 /// A frame as Python has it.
 pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>> {
@@ -41,7 +42,7 @@ pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>
         };
         planes.set_item(channel.name(), pixels)?;
     }
-    Ok((planes, frame.region.into(), frame.notices))
+    Ok((planes, frame.region.into(), frame.notices.into()))
 }
 
 /// Joins disjoint parts (size, region, planes) of one picture.
@@ -70,7 +71,7 @@ pub(crate) fn merge<'py>(
 fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<ImagePlane> {
     fn data<T: numpy::Element>(pixels: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
         let pixels: PyReadonlyArrayDyn<'_, T> = pixels.extract()?;
-        pixels.to_vec().map_err(|_| settings_error("expected a C-contiguous array".into()))
+        pixels.to_vec().map_err(|_| settings_error("expected a C-contiguous array"))
     }
     let components = channel.components();
     Ok(match channel.pixel_type() {

@@ -66,5 +66,5 @@ pub(crate) fn render<'py>(
         }
     })?;
     let planes = planes.into_arrays(py, [height as usize, width as usize])?;
-    Ok((planes, region.into(), notices))
+    Ok((planes, region.into(), notices.into()))
 }

@@ -77,6 +77,6 @@ impl Progressive {
         let [_, _, width, height] = region.map(|side| side as usize);
         let planes = OutputPlanes::new(py, &channels, width * height);
         let notices = planes.write(py, |targets| self.run(py, None, |inner, _| inner.develop(targets)))?;
-        Ok((planes.into_arrays(py, [height, width])?, region.into(), notices))
+        Ok((planes.into_arrays(py, [height, width])?, region.into(), notices.into()))
     }
 }

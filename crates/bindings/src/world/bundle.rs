@@ -10,6 +10,7 @@ use raycam_formats::{Budget, bundle};
 use crate::arrays::BytesResult;
 use crate::camera::Camera;
 use crate::error::detached;
+use crate::notice::Notices;
 use crate::world::state::{World, budget};
 
 /// The world with more cameras at the end, a copy that shares what is built.
@@ -47,10 +48,10 @@ pub(crate) fn world_from_bytes(
 
 /// The world as a GLB file, and what that does not say of it.
 #[pyfunction]
-pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
+pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Notices)> {
     let inner = world.snapshot();
     let (bytes, notices) = detached(py, || raycam_formats::write_gltf(&inner))?;
-    Ok((PyBytes::new(py, &bytes), notices))
+    Ok((PyBytes::new(py, &bytes), notices.into()))
 }
 
 /// The world of a GLB file's bytes, with another axis up and more to say of it.
@@ -60,11 +61,11 @@ pub(crate) fn world_from_gltf(
     bytes: Vec<u8>,
     name: PathBuf,
     up: &str,
-    notices: Vec<String>,
+    notices: Notices,
 ) -> PyResult<World> {
     let up = crate::camera::up(up)?;
     let mut world = detached(py, || raycam_formats::decode(bytes, &name, &Budget::default()))?;
     world.up = up;
-    world.notices.extend(notices);
+    world.notices.extend(notices.0);
     Ok(World::from_inner(world, PathBuf::new()))
 }

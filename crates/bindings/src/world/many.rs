@@ -8,6 +8,7 @@ use crate::arrays::Floats;
 use crate::camera::Camera;
 use crate::error::{OrRaise, settings_error, world_error};
 use crate::interruptible::run_interruptible;
+use crate::notice::Notices;
 use crate::render::frame::channel;
 use crate::render::settings::RenderArguments;
 use crate::world::edit::{Which, affine};
@@ -38,8 +39,7 @@ impl<'py> SeriesArray<'py> {
         ) -> PyResult<std::slice::ChunksMut<'a, T>> {
             let whole = array.len() == count * values;
             let slice = array.as_slice_mut().ok().filter(|_| whole);
-            let slice =
-                slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays of the pictures".into()))?;
+            let slice = slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays of the pictures"))?;
             Ok(slice.chunks_mut(values))
         }
         Ok(match self {
@@ -62,17 +62,17 @@ pub(crate) fn render_many(
     count: usize,
     arrays: Vec<(String, Bound<'_, PyAny>)>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Notices> {
     let mut settings = request.settings()?;
     settings.channels = arrays.iter().map(|(name, _)| channel(name)).collect::<PyResult<_>>()?;
     let family = world.state().family.clone();
     let (inner, prepared) = world.prepared_world(py, settings.threads)?;
     let cameras: Vec<_> = cameras.iter().map(|camera| camera.inner.clone()).collect();
     let Some(first) = cameras.first() else {
-        return Err(settings_error("no cameras: expected one, or one for each picture".into()));
+        return Err(settings_error("no cameras: expected one, or one for each picture"));
     };
     let poses = poses.iter().map(|(which, matrices)| {
-        let values = matrices.as_slice().map_err(|_| world_error("poses: expected C-contiguous arrays".into()))?;
+        let values = matrices.as_slice().map_err(|_| world_error("poses: expected C-contiguous arrays"))?;
         let places = values.as_chunks::<16>().0.iter().map(|rows| affine(rows));
         Ok((which.number_in(&inner)?, places.collect::<PyResult<Vec<_>>>()?))
     });
@@ -91,5 +91,5 @@ pub(crate) fn render_many(
     }
     let series =
         PictureSeries { world: &inner, prepared: &prepared, family: &family, cameras: &cameras, poses: &poses };
-    run_interruptible(py, progress.as_ref(), |control| series.render(&settings, control, pictures))
+    run_interruptible(py, progress.as_ref(), |control| series.render(&settings, control, pictures)).map(Notices)
 }

@@ -16,12 +16,14 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raycam_render::RenderError;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner, triangles};
 
 use crate::arrays::{ArrayResult, DictResult, array};
 use crate::camera::{Camera, up};
 use crate::error::{OrRaise, catch_panic, check_memory, detached, world_error};
+use crate::notice::Notices;
 use crate::render;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
@@ -64,14 +66,14 @@ impl World {
     }
 
     #[getter]
-    fn notices(&self) -> Vec<String> {
-        self.snapshot().notices.clone()
+    fn notices(&self) -> Notices {
+        self.snapshot().notices.clone().into()
     }
 
-    /// Puts what another reader has to say in the place of what is there.
-    fn set_notices(&self, notices: Vec<String>) -> PyResult<()> {
+    /// Replaces the notices by those of another reader.
+    fn set_notices(&self, notices: Notices) -> PyResult<()> {
         self.modify_unseen(|world| {
-            world.notices = notices;
+            world.notices = notices.0;
             Ok(())
         })
     }
@@ -134,6 +136,13 @@ impl World {
         self.state().world.objects.iter().any(|object| object.shadow_catcher && object.visible)
     }
 
+    /// True if the world has no lights, so that the default sky and sun light it.
+    #[getter]
+    fn lit_by_default_lights(&self, py: Python<'_>) -> PyResult<bool> {
+        let (_, prepared) = self.prepared_world(py, None)?;
+        detached(py, || Ok::<_, RenderError>(prepared.lit_by_default_lights()))
+    }
+
     /// The same world with its shadow catchers alone.
     fn only_catchers(&self) -> PyResult<Self> {
         self.derive(|world| {
@@ -186,7 +195,7 @@ impl World {
     /// `base` as `[video]` moves it.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
-        let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]".into()))?;
+        let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]"))?;
         let inner = video.camera_at(&base.inner, time).or_raise()?;
         Ok(Camera { inner })
     }

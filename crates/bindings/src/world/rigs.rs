@@ -24,7 +24,7 @@ pub(crate) fn world_rigs(world: &World) -> Vec<Rig> {
 #[pyfunction]
 pub(crate) fn world_rig_at(world: &World, rig: &Rig, time: f64) -> PyResult<Rig> {
     let world = world.snapshot();
-    let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]".into()))?;
+    let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]"))?;
     let name = rig.inner.name();
     let index = world.rigs.iter().position(|known| known.name() == name);
     wrap(video.rig_at(&rig.inner, index, time))

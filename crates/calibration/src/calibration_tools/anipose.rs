@@ -3,7 +3,7 @@
 //! calibration.py.
 
 use glam::DVec3;
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, toml_tree};
 use crate::intrinsics::lens_of;
@@ -25,7 +25,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         if at.get("matrix").is_none() {
             if key != "metadata" {
                 at.refuse_lens(key)?;
-                calibration.note(format!("{key} (line {}) is not read", at.node.line));
+                calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read");
             }
             continue;
         }
@@ -63,7 +63,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if long > 100.0 {
-        calibration.note(format!("translations of up to {long:.1}: looks like millimetres; the numbers are kept"));
+        calibration.note(
+            NoticeCode::Implausible,
+            format!("translations of up to {long:.1}: looks like millimetres; the numbers are kept"),
+        );
     }
     Ok(calibration)
 }

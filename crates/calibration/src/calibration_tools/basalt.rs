@@ -2,7 +2,7 @@
 //! doc/Calibration.md and its data files.
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -58,6 +58,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.note("the cameras are in the axes of the IMU (T_imu_cam)");
+    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the IMU (T_imu_cam)");
     Ok(calibration)
 }

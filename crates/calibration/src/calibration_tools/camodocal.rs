@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::yaml_float;
 use crate::document::{Cursor, yaml};
@@ -103,7 +103,7 @@ type Parameters<'a> = (&'a str, &'a [&'a str], &'a [f64]);
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "camodocal's YAML";
     let [record] = records else {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "{format} holds one camera, {} given: write each into a file of its own",
             records.len()
         )));
@@ -154,6 +154,6 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             let _ = writeln!(text, "   {key}: {}", yaml_float(values.get(i).copied().unwrap_or(0.0)));
         }
     }
-    let notices = vec![format!("{format} holds no pose; it is not written")];
+    let notices = vec![Notice::new(NoticeCode::NotWritten, format!("{format} holds no pose; it is not written"))];
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

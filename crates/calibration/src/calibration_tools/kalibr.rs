@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted};
@@ -44,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         root.entries()?.into_iter().partition(|(name, at)| is_camera(name) || at.get("camera_model").is_some());
     for (name, at) in others {
         at.refuse_lens(name)?;
-        calibration.note(format!("{name} (line {}) is not read", at.node.line));
+        calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
     }
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
@@ -183,7 +183,10 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         let _ = writeln!(block, "  rostopic: {}", quoted(&format!("/{}/image_raw", record.name)));
         text += &block;
         if record.name != format!("cam{i}") {
-            notices.push(format!("camera {:?} is called cam{i} in Kalibr's camchain", record.name));
+            notices.push(Notice::new(
+                NoticeCode::Renamed,
+                format!("camera {:?} is called cam{i} in Kalibr's camchain", record.name),
+            ));
         }
         before = Some(pose);
     }

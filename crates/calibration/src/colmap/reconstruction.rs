@@ -142,7 +142,7 @@ impl Reconstruction {
         for (i, record) in records.iter().enumerate() {
             let k = record.k_with(PixelCenter::Half, "COLMAP")?;
             let (name, params) = camera::colmap_from_lens(k, &record.lens)
-                .map_err(|error| FormatError::Encode(format!("camera {:?}: {error}", record.name)))?;
+                .map_err(|error| FormatError::encode(format!("camera {:?}: {error}", record.name)))?;
             let mut camera = ColmapCamera { id: 0, model: name.into(), size: record.require_size("COLMAP")?, params };
             let owner = record.mount.as_ref().map(|m| (&m.rig[..], &m.name[..]));
             let same = |(other, its): (&ColmapCamera, &Option<_>)| {

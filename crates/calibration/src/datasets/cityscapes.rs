@@ -2,7 +2,7 @@
 //! the baseline of the rectified pair. Source: cityscapesScripts, docs/csCalibration.pdf.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::pinhole_matrix;
@@ -39,6 +39,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     one_rig(&mut calibration.records, "vehicle");
     calibration.note(
+        NoticeCode::PlacedCameras,
         "the cameras are in the axes of the vehicle (x forward, y left, z up); the size is Cityscapes', 2048 x 1024",
     );
     Ok(calibration)

@@ -4,6 +4,7 @@ use crate::rig::on_a_body;
 use crate::{Calibration, Folder, ReadHints, opencv};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
+use raycam_scene::NoticeCode;
 
 fn find_cameras(folder: &Folder, assets: &AssetRoot) -> Option<(Folder, Vec<String>)> {
     for place in [Folder::open(&folder.path, assets), folder.inner("mav0", assets)] {
@@ -32,9 +33,10 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             on_a_body(&mut record, "rig");
             calibration.records.push(record);
         }
-        calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{name}: {notice}")));
+        calibration.notices.extend(found.notices.into_iter().map(|notice| notice.in_context(&name)));
     }
     calibration.note(
+        NoticeCode::PlacedCameras,
         "the cameras are in the axes of the body (T_BS); its trajectory is data.csv of state_groundtruth_estimate0 or \
          mocap0 (--rig FOLDER --poses data.csv)",
     );

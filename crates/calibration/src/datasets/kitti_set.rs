@@ -4,6 +4,7 @@ use crate::picture_size::size_of_picture;
 use crate::{Calibration, CameraRecord, Folder, ReadHints, kitti};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
+use raycam_scene::NoticeCode;
 
 const CALIBRATIONS: &str = "object/training/calib";
 const PICTURES: &str = "object/training/image_2";
@@ -31,6 +32,6 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let size = size_of_picture(assets, &folder.file("any"), [&image]);
         *record = CameraRecord { name: stem.into(), k: Some(k), size, image: Some(image), ..record.clone() };
     }
-    calibration.note("the cameras are P2 of each picture, with its size");
+    calibration.note(NoticeCode::UsedOtherFile, "the cameras are P2 of each picture, with its size");
     Ok(calibration)
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, DocumentNode, yaml};
 use crate::rig::on_a_body;
@@ -77,7 +77,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         for row in Cursor::root(rows, &data.path).list()? {
             calibration.records.extend(seen(&row, &cameras, &poses)?);
         }
-        calibration.note("the pictures of sample_data, in the world of ego_pose; times are in seconds");
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            "the pictures of sample_data, in the world of ego_pose; times are in seconds",
+        );
         return Ok(calibration);
     }
     for token in order {
@@ -89,6 +92,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         calibration.records.push(record);
     }
     calibration.note(
+        NoticeCode::PlacedCameras,
         "the cameras are in the axes of the vehicle (x forward, y left, z up): with sample_data.json and ego_pose.json \
          beside the file, they are in the world",
     );

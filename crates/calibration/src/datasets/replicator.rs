@@ -2,7 +2,7 @@
 //! right, y up, z backward, matrices of row vectors. Those that raycam writes have K, pose and lens as well.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rigid, check_rotation, rigid, yaml};
 use crate::intrinsics::pinhole_matrix;
@@ -35,7 +35,6 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints
         record.image = Some(format!("rgb_{number}.png"));
         calibration.records.push(record);
     }
-    calibration.notices.dedup();
     Ok(calibration)
 }
 
@@ -45,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-fn camera(source: &InputFile, notices: &mut Vec<String>) -> Result<CameraRecord> {
+fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let name = source.stem().unwrap_or_else(|| "camera".into());
@@ -82,7 +81,10 @@ fn camera(source: &InputFile, notices: &mut Vec<String>) -> Result<CameraRecord>
     let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     record.pose = Some(Pose::camera_from_world(Rotation::Matrix(flip * r), flip * t));
     if root.number_or("metersPerSceneUnit", 1.0)? != 1.0 {
-        notices.push("the world is in the units of the scene (metersPerSceneUnit is not 1)".into());
+        notices.push(Notice::new(
+            NoticeCode::AssumedConvention,
+            "the world is in the units of the scene (metersPerSceneUnit is not 1)",
+        ));
     }
     Ok(record)
 }

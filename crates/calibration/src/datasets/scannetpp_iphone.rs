@@ -1,7 +1,7 @@
 //! ScanNet++'s `pose_intrinsic_imu.json` of an iPhone: for each image K, `pose` (ARKit's world) and `aligned_pose` (the world
 //! of the scan), world_from_camera with OpenCV's axes. Source: the ScanNet++ toolkit, iphone/arkit_pcl.py.
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::picture_size::size_of_picture;
@@ -22,7 +22,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let mut size = size_of_picture(assets, &source.path, pictures).or(hints.size);
     if size.is_none() {
         size = Some([1920, 1440]);
-        calibration.note("no image next to the file: the size is the one of ScanNet++'s iPhone videos, 1920 x 1440");
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            "no image next to the file: the size is the one of ScanNet++'s iPhone videos, 1920 x 1440",
+        );
     }
     let mut unaligned = 0;
     for (name, at) in entries {
@@ -43,7 +46,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if unaligned > 0 {
-        calibration.note(format!("{unaligned} images have no aligned_pose: their pose is in the world of ARKit"));
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            format!("{unaligned} images have no aligned_pose: their pose is in the world of ARKit"),
+        );
     }
     Ok(calibration)
 }

@@ -2,7 +2,7 @@
 //! z down (NED). Source: TartanAir's page and tools, "Camera pose file" and "Camera intrinsics".
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, looks_like, numbers};
 use crate::intrinsics::pinhole_matrix;
@@ -41,11 +41,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.records.push(record);
     }
     if hints.intrinsics.is_none() {
-        calibration.note(format!(
-            "K and size are TartanAir's: f = 320, {} x {} (intrinsics= specifies others)",
-            size[0], size[1]
-        ));
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            format!("K and size are TartanAir's: f = 320, {} x {} (intrinsics= specifies others)", size[0], size[1]),
+        );
     }
-    calibration.note("the world's axes are TartanAir's: x forward, y right, z down");
+    calibration.note(NoticeCode::PlacedCameras, "the world's axes are TartanAir's: x forward, y right, z down");
     Ok(calibration)
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, DocumentNode, Value, yaml};
 use crate::intrinsics::{brown_lens, pinhole_matrix};
@@ -71,8 +71,9 @@ pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &Rea
         calibration.records.push(record);
     }
     match placed {
-        Some(_) => calibration.note(ON_THE_VEHICLE),
-        None => calibration.note(format!("no {partner} beside it: the cameras stand at the origin")),
+        Some(_) => calibration.note(NoticeCode::PlacedCameras, ON_THE_VEHICLE),
+        None => calibration
+            .note(NoticeCode::MissingFile, format!("no {partner} beside it: the cameras stand at the origin")),
     }
     one_rig(&mut calibration.records, "egovehicle");
     Ok(calibration)
@@ -115,9 +116,9 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());
         calibration.records.push(record);
     }
-    calibration.note(ON_THE_VEHICLE);
+    calibration.note(NoticeCode::PlacedCameras, ON_THE_VEHICLE);
     if rolling > 0 {
-        calibration.note(format!("the rolling shutter of {rolling} cameras is not used"));
+        calibration.note(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is not used"));
     }
     one_rig(&mut calibration.records, "vehicle");
     Ok(calibration)

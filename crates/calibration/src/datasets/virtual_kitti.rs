@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, numbers};
 use crate::document::{check_rigid, rigid};
@@ -67,7 +67,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         None => calibration.records.extend(listed.iter().map(|(key, ..)| record(*key))),
     }
     if beside.is_none() {
-        calibration.note(format!("{other} is missing next to the file"));
+        calibration.note(NoticeCode::MissingFile, format!("{other} is missing next to the file"));
     }
     Ok(calibration)
 }

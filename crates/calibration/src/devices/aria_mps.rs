@@ -2,7 +2,7 @@
 //! `online_calibration.jsonl` (cameras in the axes of the device). Source: Project Aria's documentation, "MPS data formats".
 
 use glam::DVec3;
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -26,9 +26,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     }
     let columns = columns_of(text)
         .ok_or_else(|| FormatError::line(&source.path, 1, "expected tx_world_device, qx_world_device, ..."))?;
-    let columns = columns.map_err(|message| FormatError::line(&source.path, 1, message))?;
+    let mut columns = columns.map_err(|message| FormatError::line(&source.path, 1, message))?;
+    columns.unread.clear();
     let mut calibration = named_columns::read(text, &source.path, &columns)?;
-    calibration.notices.retain(|notice| !notice.starts_with("columns not read"));
     place_on_body(&mut calibration, hints, "the device");
     Ok(calibration)
 }
@@ -81,8 +81,11 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
         calibration.records.push(record);
     }
     if further > 0 {
-        calibration.note(format!("the calibration of the first line is read; {further} later ones are not"));
+        calibration.note(
+            NoticeCode::FirstOnly,
+            format!("the calibration of the first line is read; {further} later ones are not"),
+        );
     }
-    calibration.note("the cameras are in the axes of the device");
+    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the device");
     Ok(calibration)
 }

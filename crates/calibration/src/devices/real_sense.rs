@@ -1,7 +1,7 @@
 //! Intrinsics of RealSense cameras as people dump them: `ppx`, `ppy`, `fx`, `fy`, `model`, `coeffs` (k1 k2 p1 p2 k3).
 //! Source: librealsense, rs_types.h. What "Inverse Brown Conrady" means differs between versions: it is never guessed.
 
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, yaml};
@@ -27,7 +27,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(camera(&at, name.into())?);
         } else {
             at.refuse_lens(name)?;
-            calibration.note(format!("{name} (line {}) is not read", at.node.line));
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{name} (line {})", at.node.line), "not read");
         }
     }
     Ok(calibration)

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DQuat, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::intrinsics::{brown_lens, pinhole_matrix, refuse_terms};
 use crate::rig::one_rig;
@@ -62,7 +62,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let t = DVec3::new(-base, find("STEREO", "TY")?.unwrap_or(0.0), find("STEREO", "TZ")?.unwrap_or(0.0)) / 1000.0;
     calibration.records[1].pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     one_rig(&mut calibration.records, "rig");
-    calibration.note(format!(
+    calibration.note(NoticeCode::FirstOnly, format!(
         "the sections of {name}, {} x {} (size= names another); Baseline, {base} mm, is in metres here, with the right \
          camera to the right of the left one",
         size[0], size[1]

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::nearest_rotation;
-use raycam_scene::{Lens, LensModel, suggestion};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, suggestion};
 
 use raycam_formats::{FormatError, Result};
 
@@ -223,18 +223,22 @@ impl<'a> Cursor<'a> {
     }
 
     /// A notice for every key that is not in `known`; one that looks like a lens is an error.
-    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<String>> {
+    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<Notice>> {
         self.unread_keys(|key| known.contains(&key))
     }
 
     /// The same, where a function tells the known keys.
-    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>> {
+    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<Notice>> {
         let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
         let mut notices = Vec::new();
         for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {
             self.child(key, node).refuse_lens(key)?;
-            notices.push(format!("{place}{key} (line {}) is not read", node.line));
+            notices.push(Notice::about(
+                NoticeCode::IgnoredKey,
+                format!("{place}{key} (line {})", node.line),
+                "not used",
+            ));
         }
         Ok(notices)
     }

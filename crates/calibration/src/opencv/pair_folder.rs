@@ -9,6 +9,7 @@ use crate::opencv::storage::parse;
 use crate::{Calibration, Folder, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::NoticeCode;
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 
@@ -50,7 +51,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
         };
         record.name = side.into();
         calibration.records.append(&mut found.records);
-        calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{name}: {notice}")));
+        calibration.notices.extend(found.notices.into_iter().map(|notice| notice.in_context(name)));
     }
     let mut pose = None;
     for word in ["extrinsic", "stereo"] {
@@ -59,7 +60,10 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             let node = parse(&source, assets)?;
             pose = read_r_t(&KeyView::new(Cursor::root(&node, &source.path)))?;
             if pose.is_some() {
-                calibration.note(format!("R and T are those of {name}: from the left camera to the right one"));
+                calibration.note(
+                    NoticeCode::UsedOtherFile,
+                    format!("R and T are those of {name}: from the left camera to the right one"),
+                );
             }
         }
     }

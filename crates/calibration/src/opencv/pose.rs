@@ -7,6 +7,7 @@ use crate::document::{Cursor, check_rigid, check_rotation, rigid};
 use crate::opencv::keys::{self, KeyView};
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::NoticeCode;
 
 /// Words in keys of camera_from_world, and keys that are such words.
 const CAMERA_FROM_WORLD: [&str; 8] =
@@ -141,11 +142,14 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             given
         }
         (Some(world_from_camera), None) => {
-            calibration.note(format!(
-                "{}: read as {} with OpenCV axes (axes=\"opengl\" if y points up and z backward)",
-                at.key,
-                if world_from_camera { "world_from_camera" } else { "camera_from_world" }
-            ));
+            calibration.note(
+                NoticeCode::AssumedConvention,
+                format!(
+                    "{}: read as {} with OpenCV axes (axes=\"opengl\" if y points up and z backward)",
+                    at.key,
+                    if world_from_camera { "world_from_camera" } else { "camera_from_world" }
+                ),
+            );
             crate::PoseConvention { world_from_camera, opengl: false }
         }
         (None, None) => {

@@ -12,6 +12,7 @@ use crate::opencv::{camera, pose, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_scene::NoticeCode;
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
@@ -91,7 +92,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.note("no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
+            calibration.note(NoticeCode::MissingValue, "no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
         }
         return Ok(calibration);
     }
@@ -185,7 +186,8 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
                 ));
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pair_pose.is_some()) {
-                calibration.note(format!("{name} (line {}) is not read", inner.at.node.line));
+                let subject = format!("{name} (line {})", inner.at.node.line);
+                calibration.note_about(NoticeCode::IgnoredKey, subject, "not read");
             }
         }
     }

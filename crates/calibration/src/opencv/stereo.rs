@@ -10,6 +10,7 @@ use crate::rig::one_rig;
 use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
+use raycam_scene::{Notice, NoticeCode};
 
 /// The marks of keys of the first and of the second camera.
 const SIDES: [(&str, [&[&str]; 2]); 3] = [
@@ -47,6 +48,7 @@ pub(super) fn read(
     let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
     if !both.all(&keys::RECTIFIED).is_empty() {
         calibration.note(
+            NoticeCode::RectifiedValues,
             "R1, R2, P1, P2 and Q are those of the rectified pair; the cameras are the raw ones (rig.rectified())",
         );
     }
@@ -70,7 +72,8 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     let Some(pose) = pose else {
         let mounted = |record: &CameraRecord| record.pose.is_some();
         if !calibration.records.iter().all(mounted) {
-            calibration.note("R and T are missing: cameras without a pose are at the origin");
+            let message = "R and T are missing: cameras without a pose are at the origin";
+            calibration.note(NoticeCode::MissingValue, message);
         } else if calibration.records.iter().all(|record| record.mount.is_none()) {
             one_rig(&mut calibration.records, "rig");
         }
@@ -78,21 +81,24 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     };
     let (_, t) = pose.r_t();
     if t.length() > 10.0 {
-        calibration.note(format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()));
+        calibration.note(
+            NoticeCode::Implausible,
+            format!("T is {:.6} long: looks like millimetres; the numbers are kept", t.length()),
+        );
     }
     let [first, second] = &mut calibration.records[..] else { return Ok(()) };
     if let Some(record) = [&*first, &*second].into_iter().find(|record| record.pose.is_some()) {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "camera {:?} has a pose of its own next to R and T of the pair: expected one of them",
             record.name
         )));
     }
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
-        calibration.notices.push(format!(
+        calibration.notices.push(Notice::new(NoticeCode::Implausible, format!(
             "the right camera stands at x = {} of the left: R and T bring points from the left camera to the right one; \
              does the file have the inverse?",
             pose.r_c().1.x
-        ));
+        )));
     }
     second.pose = Some(pose);
     one_rig([first, second], "rig");
@@ -108,7 +114,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     let root = Cursor::root(&node, &source.path);
     let pose = pose::read_r_t(&KeyView::new(root))?;
     if pose.is_some() {
-        calibration.note(format!("R and T are those of {partner}"));
+        calibration.note(NoticeCode::UsedOtherFile, format!("R and T are those of {partner}"));
     }
     Ok(pose)
 }

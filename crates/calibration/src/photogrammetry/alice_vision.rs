@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -34,7 +34,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.14")));
     }
     if version > NEWEST {
-        calibration.note(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            format!("version {shown} is newer than 1.2.14, by whose rules it is read"),
+        );
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {
@@ -80,11 +83,15 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         // A file of intrinsics alone.
         calibration.records = intrinsics.into_values().collect();
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
-        calibration.note("no poses in it: the cameras are its intrinsics, at the origin");
+        calibration.note(NoticeCode::MissingValue, "no poses in it: the cameras are its intrinsics, at the origin");
     } else if let Some(first) = lost.first() {
-        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()),
+        );
     }
     calibration.note(
+        NoticeCode::AssumedConvention,
         "AliceVision does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its \
          undistortion has it",
     );
@@ -124,11 +131,9 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
         }
     } else {
         if h > w {
-            let notice = "pictures higher than wide: AliceVision's programs disagree whether sensorWidth is that of the \
+            let message = "pictures higher than wide: AliceVision's programs disagree whether sensorWidth is that of the \
                           width or of the longer side; the width is taken";
-            if !calibration.notices.iter().any(|known| known == notice) {
-                calibration.note(notice);
-            }
+            calibration.note(NoticeCode::AssumedConvention, message);
         }
         let focal = at.require("focalLength")?.number()? / at.require("sensorWidth")?.number()? * w;
         match version {

@@ -2,7 +2,7 @@
 //! the middle of the picture. Source: Bundler's README, "Output format and scene representation".
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::check_rotation;
 use crate::document::number_lines::{data_lines, numbers};
@@ -62,15 +62,21 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.pose = Some(Pose::camera_from_world(Rotation::Matrix(flip * r), flip * rows[3]));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.note(text);
+    let mut notice = |code, text: String| calibration.note(code, text);
     if lost > 0 {
-        notice(format!("{lost} cameras with a focal length of 0, which are not registered, are left out"));
+        notice(
+            NoticeCode::IgnoredElement,
+            format!("{lost} cameras with a focal length of 0, which are not registered, are left out"),
+        );
     }
     if tiny > 0 {
-        notice(format!(
-            "{tiny} cameras have k1 below 1e-6: some files have it for pixels, against the specification, by which it is \
+        notice(
+            NoticeCode::AssumedConvention,
+            format!(
+                "{tiny} cameras have k1 below 1e-6: some files have it for pixels, against the specification, by which it is \
              read"
-        ));
+            ),
+        );
     }
     calibration.notices.extend(sizes.notices());
     Ok(calibration)

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
 use raycam_scene::camera::lens_from_colmap;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::data_lines;
 use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
@@ -83,7 +83,11 @@ impl Files<'_> {
         for (line, row) in rows_of(self.sensors.text()?) {
             let fail = |message: String| FormatError::line(&self.sensors.path, line, message);
             if row.get(2) != Some(&"camera") {
-                calibration.note(format!("sensor {} is not a camera and not read", row[0]));
+                calibration.note_about(
+                    NoticeCode::IgnoredElement,
+                    format!("sensor {}", row[0]),
+                    "not a camera, not read",
+                );
                 continue;
             }
             let numbers: Option<Vec<f64>> = row.iter().skip(4).map(|word| word.parse().ok()).collect();
@@ -97,7 +101,8 @@ impl Files<'_> {
             let mut record = CameraRecord::new(row[0], PixelCenter::Half);
             record.size = Some([width, height]);
             if row[3] == "UNKNOWN_CAMERA" {
-                calibration.note(format!("camera {} has no intrinsics (UNKNOWN_CAMERA)", row[0]));
+                let subject = format!("camera {}", row[0]);
+                calibration.note_about(NoticeCode::MissingValue, subject, "no intrinsics (UNKNOWN_CAMERA)");
             } else {
                 let (k, lens) = lens_from_colmap(row[3], &numbers[2..]).map_err(|error| fail(error.to_string()))?;
                 (record.k, record.lens) = (Some(k), lens);
@@ -142,7 +147,7 @@ impl Files<'_> {
                 record.pose = mounts.get(record.name.as_str()).map(|(_, mount)| mount.clone());
                 calibration.records.push(record);
             }
-            calibration.note("records_camera.txt is missing: one camera for each sensor");
+            calibration.note(NoticeCode::MissingFile, "records_camera.txt is missing: one camera for each sensor");
             return Ok(calibration);
         };
         let mut unplaced = 0;
@@ -160,7 +165,10 @@ impl Files<'_> {
             calibration.records.push(record);
         }
         if unplaced > 0 {
-            calibration.note(format!("{unplaced} images without a pose in trajectories.txt are at the origin"));
+            calibration.note(
+                NoticeCode::MissingValue,
+                format!("{unplaced} images without a pose in trajectories.txt are at the origin"),
+            );
         }
         Ok(calibration)
     }

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::check_rigid;
 use crate::document::rigid;
@@ -41,11 +41,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let enabled = |chunk: &&XmlElement<'_>| chunk.attribute("enabled") != Some("false");
     let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| root.fail("no chunk in it"))?;
     if chunks.len() > 1 {
-        calibration.note(format!(
-            "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
-            chunks.len(),
-            chunk.attribute("label").unwrap_or("without a label")
-        ));
+        calibration.note(
+            NoticeCode::FirstOnly,
+            format!(
+                "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
+                chunks.len(),
+                chunk.attribute("label").unwrap_or("without a label")
+            ),
+        );
     }
     world_notices(&chunk, &mut calibration);
     cameras(&chunk, &mut calibration)?;
@@ -57,12 +60,13 @@ fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     let reference = chunk.child("reference").map_or("", |at| at.text());
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
         calibration.note(
+            NoticeCode::PlacedCameras,
             "the chunk has a geographic reference: its transform leads to geocentric metres (ECEF), numbers of order \
              6e6, and neither to latitude and longitude nor to projected axes",
         );
     }
     if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
-        calibration.note("no transform: the cameras are in the chunk's own axes and unit");
+        calibration.note(NoticeCode::PlacedCameras, "no transform: the cameras are in the chunk's own axes and unit");
     }
 }
 
@@ -119,27 +123,24 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.note(text);
+    let mut notice = |code, text: String| calibration.note(code, text);
     if let Some(first) = unplaced.first() {
-        notice(format!(
-            "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",
-            unplaced.len()
-        ));
+        let count = unplaced.len();
+        let why = "without a transform (not aligned, or slaves of a rig)";
+        notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are left out: {first} ..."));
     }
     if slaves > 0 {
-        notice(format!(
-            "{slaves} cameras of slave sensors stand by their masters, and by rotation and location of their sensors in \
-             the unit of the chunk"
-        ));
+        let place = "by their masters, and by rotation and location of their sensors in the unit of the chunk";
+        notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors stand {place}"));
     }
     if disabled > 0 {
-        notice(format!("{disabled} cameras are disabled in Metashape, and kept"));
+        notice(NoticeCode::HiddenPart, format!("{disabled} cameras are disabled in Metashape, and kept"));
     }
     if rolling > 0 {
-        notice(format!("the rolling shutter of {rolling} cameras is not used"));
+        notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is not used"));
     }
     for id in initial {
-        notice(format!("sensor {id} has no adjusted calibration: the initial one is used"));
+        notice(NoticeCode::MissingValue, format!("sensor {id} has no adjusted calibration: the initial one is used"));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -68,9 +68,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if let Some(first) = lost.first() {
-        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()),
+        );
     }
     calibration.note(
+        NoticeCode::AssumedConvention,
         "openMVG does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its undistortion \
          has it",
     );

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DQuat, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
@@ -29,10 +29,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let all = if root.is_map() { vec![root.clone()] } else { root.list()? };
     let first = all.first().ok_or_else(|| root.fail("no reconstruction in it"))?;
     if all.len() > 1 {
-        calibration.note(format!(
-            "{} reconstructions, each with a world of its own: the cameras are those of the first",
-            all.len()
-        ));
+        calibration.note(
+            NoticeCode::FirstOnly,
+            format!("{} reconstructions, each with a world of its own: the cameras are those of the first", all.len()),
+        );
     }
     let mut cameras = HashMap::new();
     for (name, at) in first.require("cameras")?.entries()? {
@@ -54,18 +54,24 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if turned > 0 {
-        calibration.note(format!(
-            "{turned} pictures have an EXIF orientation: the numbers are taken for pictures as they are stored"
-        ));
+        calibration.note(
+            NoticeCode::IgnoredOrientation,
+            format!(
+                "{turned} pictures have an EXIF orientation: the numbers are taken for pictures as they are stored"
+            ),
+        );
     }
     if let Some(at) = first.get("reference_lla") {
         let get = |key: &str| at.number_or(key, 0.0);
-        calibration.note(format!(
-            "the world is east, north, up in metres about latitude {}, longitude {}, altitude {}",
-            get("latitude")?,
-            get("longitude")?,
-            get("altitude")?
-        ));
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            format!(
+                "the world is east, north, up in metres about latitude {}, longitude {}, altitude {}",
+                get("latitude")?,
+                get("longitude")?,
+                get("altitude")?
+            ),
+        );
     }
     Ok(calibration)
 }
@@ -97,7 +103,7 @@ const KEYS: [&str; 23] = [
     "gps",
 ];
 
-fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord> {
+fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     notices.extend(at.unread_keys(|key| KEYS.contains(&key) || key.contains("prior"))?);
     let word = at.get("projection_type").as_ref().map_or(Ok("perspective"), Cursor::word)?;

@@ -2,7 +2,7 @@
 //! realitycapture_utils.py, as corrected by its pull request 3131. Lengths are in units of the longer side.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, require_known_size};
 use crate::picture_size::PictureSizes;
@@ -95,11 +95,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     debug_assert!(LensModel::OpenCv.name() == "opencv");
     if tangential {
-        calibration.note(TANGENTIAL);
+        calibration.note(NoticeCode::IgnoredFeature, TANGENTIAL);
     }
     calibration.notices.extend(sizes.notices());
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
         calibration.note(
+            NoticeCode::PlacedCameras,
             "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same",
         );
     }

@@ -2,7 +2,7 @@
 //! Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::check_rotation;
 use crate::document::xml_element::{XmlElement, XmlFile};
@@ -45,15 +45,14 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     }
     calibration.notices.extend(sizes.notices());
     calibration.notices.extend(left_out(&lost));
-    calibration.notices.sort();
-    calibration.notices.dedup();
     Ok(calibration)
 }
 
 /// The notice of files without a pose.
-fn left_out(lost: &[String]) -> Option<String> {
+fn left_out(lost: &[String]) -> Option<Notice> {
     let first = lost.first()?;
-    Some(format!("{} files without Rotation and Position are left out: {first} ...", lost.len()))
+    let message = format!("{} files without Rotation and Position are left out: {first} ...", lost.len());
+    Some(Notice::new(NoticeCode::IgnoredElement, message))
 }
 
 /// The names that the picture of an XMP file may have.
@@ -117,10 +116,13 @@ fn add(
     let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
     record.lens = made;
     if matters {
-        calibration.note(TANGENTIAL);
+        calibration.note(NoticeCode::IgnoredFeature, TANGENTIAL);
     }
     if value(&at, "Coordinates") == Some("relative") {
-        calibration.note("Coordinates are relative: the world begins at RealityCapture's local origin");
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            "Coordinates are relative: the world begins at RealityCapture's local origin",
+        );
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
         return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));

@@ -1,7 +1,7 @@
 //! `camera_path.json`, a camera move of nerfstudio's viewer: world_from_camera by rows with OpenGL's axes, a vertical
 //! field of view in degrees. Source: nerfstudio's camera_paths.py.
 
-use raycam_scene::{LensModel, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, middle_of, pinhole_matrix, set_panorama};
@@ -53,13 +53,15 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
         calibration.records.push(record);
     }
-    calibration.note(
+    calibration.note(NoticeCode::PlacedCameras,
         "the cameras are in the world of the trained scene; dataparser_transforms.json beside the run says how that was \
          turned and scaled",
     );
     if word == "fisheye" {
-        calibration
-            .note("fisheye without coefficients: taken as equidistant, with the focal length of the field of view");
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            "fisheye without coefficients: taken as equidistant, with the focal length of the field of view",
+        );
     }
     Ok(calibration)
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
@@ -122,17 +122,24 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         calibration.records.push(record);
     }
     if measured > 0 {
-        calibration.note(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
+        calibration.note(
+            NoticeCode::UsedOtherFile,
+            format!("the file has no w and h: {measured} cameras have the size of their pictures"),
+        );
     }
     if lent > 0 {
-        calibration.note(format!(
+        calibration.note(NoticeCode::AssumedConvention, format!(
             "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
         ));
     }
     if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
         calibration.notices.extend(odd_panorama(&root, panorama));
     }
-    calibration.notices.extend(unread.iter().map(|(key, count)| format!("{key} of {count} frames is not read")));
+    calibration.notices.extend(
+        unread
+            .iter()
+            .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} frames"), "not used")),
+    );
     Ok(calibration)
 }
 
@@ -144,18 +151,16 @@ fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u
 }
 
 /// A notice of how the file's world differs from that of the reconstruction before it.
-fn moved_world(root: &Cursor<'_>) -> Option<String> {
+fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
     let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
     let scale = scale.filter(|scale| *scale != 1.0);
     let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
     if root.get("scale").is_some() || root.get("offset").is_some() {
-        return Some(
-            "scale and offset place the scene in the box of instant-ngp; the cameras are in the world of the file, \
-             before them"
-                .into(),
-        );
+        let message = "scale and offset place the scene in the box of instant-ngp; the cameras are in the world of the \
+                       file, before them";
+        return Some(Notice::new(NoticeCode::PlacedCameras, message));
     }
     if moved.is_none() && scale.is_none() {
         return None;
@@ -163,11 +168,12 @@ fn moved_world(root: &Cursor<'_>) -> Option<String> {
     let moved = moved.map(|moved| format!("applied_transform [{}]", joined(&moved, ", ")));
     let scale = scale.map(|scale| format!("applied_scale {scale}"));
     let what: Vec<String> = moved.into_iter().chain(scale).collect();
-    Some(format!(
+    let message = format!(
         "the cameras are in the world of this file, after its {}: a mesh of the reconstruction before it (COLMAP's) \
          needs the same",
         what.join(" and ")
-    ))
+    );
+    Some(Notice::new(NoticeCode::PlacedCameras, message))
 }
 
 fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, known: &ReadHints) -> Result<()> {
@@ -286,7 +292,7 @@ fn is_panorama(record: &CameraRecord) -> bool {
 
 /// A notice that the numbers of a panorama are others than nerfstudio's, which says the whole one by w/2, h and the
 /// middle.
-fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<String> {
+fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let [width, height] = record.size?.map(f64::from);
     let usual = [
         ("fl_x", vec![0.5 * width]),
@@ -300,7 +306,9 @@ fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<String> {
     };
     let odd: Vec<String> = usual.iter().filter_map(odd).collect();
     (!odd.is_empty()).then(|| {
-        format!("EQUIRECTANGULAR is read as the whole panorama; {} says otherwise and is not used", odd.join(", "))
+        let odd = odd.join(", ");
+        let message = format!("EQUIRECTANGULAR is read as the whole panorama; {odd} says otherwise and is not used");
+        Notice::new(NoticeCode::IgnoredKey, message)
     })
 }
 

@@ -6,6 +6,7 @@ use crate::radiance_fields::nerf;
 use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::AssetRoot;
+use raycam_scene::{Notice, NoticeCode};
 
 const SPLITS: [&str; 3] = ["train", "val", "test"];
 
@@ -37,7 +38,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
                 let mut found = nerf::read(&file, assets, &known)?;
                 let count = found.records.len();
                 let notice = "cameras whose pictures are not there have the size of another split (size= says another)";
-                found.notices.push(format!("{count} {notice}"));
+                found.notices.push(Notice::new(NoticeCode::AssumedConvention, format!("{count} {notice}")));
                 found
             }
             found => found?,
@@ -48,7 +49,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             }
             calibration.records.push(record);
         }
-        calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{}: {notice}", file_of(split))));
+        calibration.notices.extend(found.notices.into_iter().map(|notice| notice.in_context(file_of(split))));
     }
     Ok(calibration)
 }
@@ -75,8 +76,11 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         written.notices.extend(files.notices);
     }
     if unnamed > 0 {
-        written.notices.push(format!(
-            "{unnamed} cameras whose names begin with none of train/, val/ and test/ are in transforms_train.json"
+        written.notices.push(Notice::new(
+            NoticeCode::Renamed,
+            format!(
+                "{unnamed} cameras whose names begin with none of train/, val/ and test/ are in transforms_train.json"
+            ),
         ));
     }
     Ok(written)

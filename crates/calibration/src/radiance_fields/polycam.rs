@@ -1,7 +1,7 @@
 //! Polycam's raw export: a JSON for each picture with K and `t_00` to `t_23`, the rows of world_from_camera with OpenGL's
 //! axes, y up. Source: nerfstudio's polycam_utils.py. No program states the pixel rule; that of the NeRF family is taken.
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rigid, rigid, yaml};
 use crate::intrinsics::pinhole_matrix;
@@ -38,7 +38,8 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let place = find_cameras(folder, assets);
     let place = place.ok_or_else(|| FormatError::unsupported(&folder.path, "expected Polycam's keyframes"))?;
-    let mut calibration = Calibration { notices: vec![PIXEL_RULE.into()], ..Calibration::default() };
+    let mut calibration =
+        Calibration { notices: vec![Notice::new(NoticeCode::AssumedConvention, PIXEL_RULE)], ..Calibration::default() };
     for name in place.ending(".json") {
         calibration.records.push(camera(&place.read(name, assets)?)?);
     }
@@ -46,7 +47,11 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
-    Ok(Calibration { records: vec![camera(source)?], notices: vec![PIXEL_RULE.into()], ..Calibration::default() })
+    Ok(Calibration {
+        records: vec![camera(source)?],
+        notices: vec![Notice::new(NoticeCode::AssumedConvention, PIXEL_RULE)],
+        ..Calibration::default()
+    })
 }
 
 fn camera(source: &InputFile) -> Result<CameraRecord> {

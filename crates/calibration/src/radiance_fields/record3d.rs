@@ -2,7 +2,7 @@
 //! world_from_camera, OpenGL's axes. Source: nerfstudio's record3d_utils.py.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml, zip_members};
 use crate::intrinsics::pinhole_matrix;
@@ -85,7 +85,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
-    calibration.note("Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)");
+    calibration.note(
+        NoticeCode::AssumedConvention,
+        "Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)",
+    );
     Ok(calibration)
 }
 

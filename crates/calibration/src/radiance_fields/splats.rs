@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::document::{Cursor, check_rotation, yaml};
@@ -13,9 +13,6 @@ use crate::intrinsics::{middle_of, pinhole_matrix};
 use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
-
-/// Keys that are not read, of which notices name the lines; the others are counted.
-const MAX_UNREAD: usize = 8;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"img_name\"", "\"rotation\"", "\"position\"", "\"fx\""].iter().all(|key| text.contains(key))
@@ -26,10 +23,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let mut names = std::collections::HashSet::new();
-    let mut unread = Vec::new();
     for at in root.list()? {
         let known = ["id", "img_name", "width", "height", "position", "rotation", "fx", "fy"];
-        unread.extend(at.unknown_keys(&known)?);
+        calibration.notices.extend(at.unknown_keys(&known)?);
         let image = at.require("img_name")?.word()?;
         let mut name = image.to_owned();
         if !names.insert(name.clone()) {
@@ -48,12 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    let more = unread.split_off(unread.len().min(MAX_UNREAD));
-    calibration.notices.extend(unread);
-    if !more.is_empty() {
-        calibration.note(format!("{} more keys are not read", more.len()));
-    }
-    calibration.note("the file has no principal point: it is in the middle of the pictures");
+    calibration.note(NoticeCode::MissingValue, "the file has no principal point: it is in the middle of the pictures");
     Ok(calibration)
 }
 

@@ -1,7 +1,7 @@
 //! Camera systems of SVO Pro and maplab: `cameras:` with a `camera` and its mount `T_B_C` (body_from_camera) each; and the
 //! flat `cam_model`, `cam_fx` of SVO and FAST-LIVO2. Sources: rpg_svo_pro_open, vikit; aslam_cv2, ncamera-yaml-serialization.
 
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -55,7 +55,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.note("the cameras are in the axes of the body (T_B_C)");
+    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the body (T_B_C)");
     Ok(calibration)
 }
 
@@ -109,7 +109,7 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
 }
 
 /// The camera of the flat keys.
-fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<String>) -> Result<CameraRecord> {
+fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let get = |key: &str| root.require(&format!("cam_{key}"))?.number();
     let term = |i: usize| root.number_or(&format!("cam_d{i}"), 0.0);
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
@@ -137,7 +137,8 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<String>) -> Result<Ca
     record.size = Some(size);
     let scale = root.number_or("scale", 1.0)?;
     if scale != 1.0 {
-        notices.push(format!("the program scales images by {scale}; the camera is the one of the full size"));
+        let message = format!("the program scales images by {scale}; the camera is the one of the full size");
+        notices.push(Notice::new(NoticeCode::IgnoredKey, message));
     }
     notices.extend(root.unread_keys(|key| key.starts_with("cam_") || key == "scale")?);
     Ok(record)

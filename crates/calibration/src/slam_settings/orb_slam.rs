@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, matrix_rows34, yaml_float};
 use crate::document::{Cursor, DocumentNode, Value, check_rotation, rigid, yaml};
@@ -146,7 +146,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let mut right = CameraRecord { name: "Camera2".into(), ..calibration.records[0].clone() };
         right.pose = Some(Pose::world_from_camera(Rotation::Matrix(DMat3::IDENTITY), DVec3::new(base, 0.0, 0.0)));
         calibration.records.push(right);
-        calibration.note(format!("a rectified pair: the second camera is the first, {base} m to its right"));
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            format!("a rectified pair: the second camera is the first, {base} m to its right"),
+        );
     } else if root.get("Camera2.fx").is_some() {
         return Err(root.fail("Camera2 has no place: expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
     } else if let Some(bf) = root
@@ -158,10 +161,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     {
         let fx = root.require(&format!("{first}.fx"))?.number()?;
         let base = base.unwrap_or(bf / fx);
-        calibration.note(format!(
-            "one camera: that the file has a baseline, {base} m, does not say that there is a pair; if there is, \
+        calibration.note(
+            NoticeCode::IgnoredKey,
+            format!(
+                "one camera: that the file has a baseline, {base} m, does not say that there is a pair; if there is, \
              Rig.stereo(camera, {base}) makes it"
-        ));
+            ),
+        );
     }
     pixels(&root, &mut calibration)?;
     one_rig(&mut calibration.records, "rig");
@@ -169,7 +175,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// A notice for each key of a camera that is not known; those that look like a lens are errors.
-fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>> {
+fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     let mut notices = Vec::new();
     for (key, at) in root.entries()? {
         let (group, own) = key.split_once('.').unwrap_or((key, ""));
@@ -180,16 +186,19 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>> {
         }
         at.refuse_lens(own)?;
         at.refuse_lens(key)?;
-        notices.push(format!("{key} (line {}) is not read", at.node.line));
+        notices.push(Notice::about(NoticeCode::IgnoredKey, format!("{key} (line {})", at.node.line), "not read"));
     }
     if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
-        notices.push("StereoRectifier, the raw pair, is not read: the camera is the rectified one".into());
+        notices.push(Notice::new(
+            NoticeCode::RectifiedValues,
+            "StereoRectifier, the raw pair, is not read: the camera is the rectified one",
+        ));
     }
     if root.any(&["IMU.T_b_c1", "Tbc"]).is_some() {
-        notices.push(
-            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is not used: the cameras are in the axes of camera 1"
-                .into(),
-        );
+        notices.push(Notice::new(
+            NoticeCode::IgnoredKey,
+            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is not used: the cameras are in the axes of camera 1",
+        ));
     }
     Ok(notices)
 }
@@ -205,10 +214,13 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
         }
     }
     if let Some(at) = root.any(&["Camera.newWidth", "Camera.newHeight", "Camera.imageScale"]) {
-        calibration.note(format!(
-            "{} (line {}): the program resizes pictures to it; K belongs to Camera.width x Camera.height",
-            at.key, at.node.line
-        ));
+        calibration.note(
+            NoticeCode::IgnoredKey,
+            format!(
+                "{} (line {}): the program resizes pictures to it; K belongs to Camera.width x Camera.height",
+                at.key, at.node.line
+            ),
+        );
     }
     Ok(())
 }
@@ -260,6 +272,7 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     }
     one_rig(&mut calibration.records, "rig");
     calibration.note(
+        NoticeCode::RectifiedValues,
         "the raw pair of LEFT and RIGHT, in the axes of the rectified left camera; Camera.fx and the rest are those of \
          the rectified one and are not used",
     );
@@ -269,13 +282,13 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "ORB-SLAM's settings";
     if records.len() > 2 {
-        return Err(FormatError::Encode(format!("{format} hold one camera or a pair, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} hold one camera or a pair, {} given", records.len())));
     }
     let mut notices = Vec::new();
     let poses = poses_on_one_rig(records, format, &mut notices)?;
     let fisheye = |record: &CameraRecord| matches!(record.lens, Lens::Fisheye(_));
     if records.iter().any(fisheye) && !records.iter().all(fisheye) {
-        return Err(FormatError::Encode(format!("{format} have one Camera.type for both cameras")));
+        return Err(FormatError::encode(format!("{format} have one Camera.type for both cameras")));
     }
     let kind = if fisheye(&records[0]) { "KannalaBrandt8" } else { "PinHole" };
     let mut text = format!("%YAML:1.0\n\nFile.version: \"1.0\"\n\nCamera.type: \"{kind}\"\n\n");
@@ -299,7 +312,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     let size = records[0].require_size(format)?;
     if records.iter().any(|record| record.size != Some(size)) {
-        return Err(FormatError::Encode(format!("{format} have one size for both cameras")));
+        return Err(FormatError::encode(format!("{format} have one size for both cameras")));
     }
     let _ = writeln!(text, "Camera.width: {}\nCamera.height: {}", size[0], size[1]);
     if let [first, second] = &poses[..] {
@@ -310,10 +323,16 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             "\nStereo.T_c1_c2: !!opencv-matrix\n  rows: 4\n  cols: 4\n  dt: f\n  data: [{}, 0.0, 0.0, 0.0, 1.0]",
             joined(rows.as_flattened(), ", ")
         );
-        notices.push(format!("{format} hold the second camera in the axes of the first, and no place in the world"));
+        notices.push(Notice::new(
+            NoticeCode::NotWritten,
+            format!("{format} hold the second camera in the axes of the first, and no place in the world"),
+        ));
     } else if !poses[0].is_identity() {
-        notices.push(format!("{format} hold no pose; it is not written"));
+        notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} hold no pose; it is not written")));
     }
-    notices.push("fps, ORBextractor, Stereo.ThDepth and IMU are settings of the program: add them".into());
+    notices.push(Notice::new(
+        NoticeCode::NotWritten,
+        "fps, ORBextractor, Stereo.ThDepth and IMU are settings of the program: add them",
+    ));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

@@ -7,6 +7,7 @@ use crate::rig::on_a_body;
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_scene::NoticeCode;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["cam0_calib", "body_T_cam", "extrinsicRotation"].iter().any(|key| text.contains(key))
@@ -52,11 +53,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         on_a_body(record, "rig");
     }
     if !mounted {
-        calibration.note("a camera without body_T_cam (or extrinsicRotation) stands at the origin");
+        calibration
+            .note(NoticeCode::MissingValue, "a camera without body_T_cam (or extrinsicRotation) stands at the origin");
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration.note(format!("{others} other keys, settings of the program, are not read"));
+        calibration.note(NoticeCode::IgnoredKey, format!("{others} other keys, settings of the program, are not read"));
     }
     Ok(calibration)
 }

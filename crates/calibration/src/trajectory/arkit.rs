@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, numbers};
 use crate::intrinsics::pinhole_matrix;
@@ -73,7 +73,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if left_out > 0 {
-        calibration.note(format!(
+        calibration.note(NoticeCode::IgnoredElement, format!(
             "{left_out} poses without a .pincam within 0.001 s of their time are left out (intrinsics= gives K to all)"
         ));
     }

@@ -1,5 +1,7 @@
 //! Trajectories of a body that carries the camera: IMU, vehicle, marker frame.
 
+use raycam_scene::NoticeCode;
+
 use crate::{Calibration, ReadHints};
 
 /// Puts cameras, whose poses are those of the body so far, where the mount of the intrinsics has them.
@@ -7,7 +9,7 @@ pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, bo
     calibration.poses_of_body = true;
     let mount = hints.intrinsics.as_ref().and_then(|intrinsics| intrinsics.pose.as_ref());
     let Some(mount) = mount.filter(|mount| !mount.is_identity()) else {
-        calibration.note(format!(
+        calibration.note(NoticeCode::PlacedCameras, format!(
             "the poses are those of {body}, and the cameras stand in its axes: for the camera itself give intrinsics \
              with its mount (--intrinsics sensor.yaml with T_BS, a camchain), or drive a rig: --rig FILE --poses"
         ));
@@ -16,7 +18,7 @@ pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, bo
     for record in &mut calibration.records {
         record.pose = record.pose.take().map(|body| mount.compose(&body));
     }
-    calibration.note(format!(
+    calibration.note(NoticeCode::PlacedCameras, format!(
         "the poses are those of {body}; the cameras stand where the pose of the intrinsics (T_BS, the mount) puts them"
     ));
 }

@@ -1,6 +1,7 @@
 //! Direction and camera axes of poses whose files state neither.
 
 use glam::DMat3;
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::document::rigid;
 use crate::files::PoseConvention;
@@ -11,17 +12,17 @@ const CAMERA_FROM_WORLD: [&str; 7] =
     ["extrinsic", "w2c", "world_to_cam", "world2cam", "world_to_camera", "camera_from_world", "cam_from_world"];
 
 /// The convention that the caller states, or else that of the name of a file; a guess has a notice.
-pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<String>) -> PoseConvention {
+pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Notice>) -> PoseConvention {
     if let Some(stated) = hints.poses {
         return stated;
     }
     let lower = name.to_lowercase();
     let inverse = CAMERA_FROM_WORLD.iter().any(|word| lower.contains(word));
     let direction = if inverse { "camera_from_world by the file's name" } else { "world_from_camera" };
-    notices.push(format!(
+    notices.push(Notice::new(NoticeCode::AssumedConvention, format!(
         "the file states neither direction nor axes of its poses: taken as {direction}, OpenCV axes (direction= and \
          axes=, --direction and --axes, say otherwise)"
-    ));
+    )));
     PoseConvention { world_from_camera: !inverse, opengl: false }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::joined;
 use crate::document::number_lines::data_lines;
@@ -28,10 +28,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let path = &source.path;
     let text = source.text()?;
     if let Some(named) = columns_of(text) {
-        let named = named.map_err(|message| FormatError::whole(path, message))?;
-        let mut calibration = named_columns::read(text, path, &named)?;
+        let mut named = named.map_err(|message| FormatError::whole(path, message))?;
         // Velocities and biases of EuRoC's ground truth.
-        calibration.notices.retain(|notice| !notice.starts_with("columns not read: v_rs_r_x"));
+        if named.unread.first().is_some_and(|column| column.starts_with("v_rs_r_x")) {
+            named.unread.clear();
+        }
+        let mut calibration = named_columns::read(text, path, &named)?;
         place_on_body(&mut calibration, hints, "the body (IMU or markers)");
         return Ok(calibration);
     }
@@ -98,7 +100,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
                 seconds as u64 * 1_000_000_000 + ((time - seconds) * 1e9).round() as u64
             }
             _ => {
-                return Err(FormatError::Encode(format!(
+                return Err(FormatError::encode(format!(
                     "camera {:?} has no time, which EuRoC's csv needs: give it one, in seconds from 0",
                     record.name
                 )));
@@ -114,5 +116,5 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     let notice = "EuRoC's csv holds times and poses, here those of the cameras; size, K and lens are not written, and \
                   readers take the poses for those of the body: their T_BS is then the identity";
-    Ok(OutputFiles { notices: vec![notice.into()], ..OutputFiles::one(text) })
+    Ok(OutputFiles { notices: vec![Notice::new(NoticeCode::NotWritten, notice)], ..OutputFiles::one(text) })
 }

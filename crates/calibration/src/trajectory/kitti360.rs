@@ -2,7 +2,7 @@
 //! mounts of its cameras, body_from_camera. Source: kitti360Scripts, project.py.
 
 use glam::DMat3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, looks_like, numbers};
 use crate::document::rigid;
@@ -83,9 +83,14 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.note(match perspective {
-        Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
-        None => "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside",
-    });
+    calibration.note(
+        NoticeCode::PlacedCameras,
+        match perspective {
+            Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
+            None => {
+                "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside"
+            }
+        },
+    );
     Ok(calibration)
 }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::lens_keys::looks_like_lens;
 use crate::document::number_format::{joined, matrix_rows34};
@@ -112,7 +112,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{lost} poses without finite numbers, of lost frames, are left out"),
+        );
     }
     if hints.intrinsics.is_none() {
         beside(assets, &mut calibration)?;
@@ -232,7 +235,7 @@ fn lens_beside(
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers =
         listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
-    calibration.note(format!("the lens is that of {name}"));
+    calibration.note(NoticeCode::UsedOtherFile, format!("the lens is that of {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
@@ -247,7 +250,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
         let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
         let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
         camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
-        calibration.note(format!("K and size are those of {name}"));
+        calibration.note(NoticeCode::UsedOtherFile, format!("K and size are those of {name}"));
         for record in &mut calibration.records {
             (record.k, record.size) = (Some(k), size);
         }
@@ -269,9 +272,10 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         let _ = writeln!(text, "{} 0.0 0.0 0.0 1.0", joined(rows.as_flattened(), " "));
     }
     Ok(OutputFiles {
-        notices: vec![
-            "4x4 matrices, world_from_camera, hold poses alone; names, times, sizes, K and lens are not written".into(),
-        ],
+        notices: vec![Notice::new(
+            NoticeCode::NotWritten,
+            "4x4 matrices, world_from_camera, hold poses alone; names, times, sizes, K and lens are not written",
+        )],
         ..OutputFiles::one(text)
     })
 }

@@ -3,7 +3,7 @@
 //! JSON. Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::picture_size::size_of_picture;
 use crate::trajectory::convention::convention_of;
@@ -113,7 +113,10 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {
-        calibration.note(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{} lost frames without a pose are left out: {first} ...", lost.len()),
+        );
     }
     if hints.intrinsics.is_none() {
         with_intrinsics(&scene, &place, size, assets, &mut calibration)?;
@@ -140,15 +143,21 @@ fn with_intrinsics(
         }
     }
     let Some((name, k)) = found.first() else { return Ok(()) };
-    calibration.note(format!(
-        "K is that of {name}{}",
-        match size {
-            Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
-            None => String::new(),
-        }
-    ));
+    calibration.note(
+        NoticeCode::UsedOtherFile,
+        format!(
+            "K is that of {name}{}",
+            match size {
+                Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
+                None => String::new(),
+            }
+        ),
+    );
     if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
-        calibration.note(format!("{other} has another K, which is not used: --intrinsics {other} does"));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{other} has another K, which is not used: --intrinsics {other} does"),
+        );
     }
     for record in &mut calibration.records {
         (record.k, record.size) = (Some(*k), size);

@@ -7,6 +7,7 @@ use crate::document::npy::NumpyArray;
 use crate::document::{Cursor, DocumentNode, npy, yaml, zip_members};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::Notice;
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 16 << 20;
@@ -37,7 +38,7 @@ pub(crate) struct PosesOfTree {
     /// The key above the poses; empty where there is none.
     pub(crate) key: String,
     pub(crate) matrices: FoundMatrices,
-    pub(crate) notices: Vec<String>,
+    pub(crate) notices: Vec<Notice>,
 }
 
 /// True for a document that has poses.
@@ -172,7 +173,7 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
 }
 
 /// The matrices of a node that has some.
-fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices> {
+fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
     };

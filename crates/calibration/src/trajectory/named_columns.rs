@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
@@ -243,10 +243,11 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         calibration.records.push(record);
     }
     if !columns.unread.is_empty() {
-        calibration.note(format!("columns not read: {}", columns.unread.join(", ")));
+        calibration.note(NoticeCode::IgnoredKey, format!("columns not read: {}", columns.unread.join(", ")));
     }
     if columns.north_east_down {
-        calibration.note("the header names north, east, down: the world's z axis points down");
+        calibration
+            .note(NoticeCode::PlacedCameras, "the header names north, east, down: the world's z axis points down");
     }
     Ok(calibration)
 }

@@ -3,7 +3,7 @@
 //! PinholeCameraParameters.cpp, PoseGraph.cpp and the reconstruction system's integrate_scene.py.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rigid, rigid, yaml};
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
@@ -60,7 +60,7 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    calibration.note(
+    calibration.note(NoticeCode::AssumedConvention,
         "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
          edges are not read",
     );

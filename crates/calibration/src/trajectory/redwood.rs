@@ -1,7 +1,7 @@
 //! Trajectories of Redwood and Open3D, `.log`: a line of three numbers, then world_from_camera in four lines. Source:
 //! Open3D, FileLOG.cpp.
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::data_lines;
 use crate::document::rigid;
@@ -46,7 +46,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(
+            NoticeCode::IgnoredElement,
+            format!("{lost} poses without finite numbers, of lost frames, are left out"),
+        );
     }
     Ok(calibration)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_format::{joined, yaml_float};
 use crate::document::number_lines::{data_lines, looks_like, numbers};
@@ -73,12 +73,15 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
     let pictures = list.as_ref().and_then(|list| list.text().ok()).unwrap_or_default();
     let first = data_lines(pictures).find_map(|(_, line)| line.split_whitespace().nth(1));
     let size = size_of_picture(assets, &source.path, first);
-    calibration.note(match size {
-        Some([width, height]) => {
-            format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
-        }
-        None => "K is that of calibration.txt".into(),
-    });
+    calibration.note(
+        NoticeCode::UsedOtherFile,
+        match size {
+            Some([width, height]) => {
+                format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
+            }
+            None => "K is that of calibration.txt".into(),
+        },
+    );
     for record in &mut calibration.records {
         (record.k, record.size) = (k, size);
     }
@@ -88,12 +91,15 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
 pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
-        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
+        return Err(FormatError::encode(format!("{format} holds one camera, {} given", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;
     Ok(OutputFiles {
-        notices: vec![format!("{format} holds fx fy cx cy; size and pose are not written")],
+        notices: vec![Notice::new(
+            NoticeCode::NotWritten,
+            format!("{format} holds fx fy cx cy; size and pose are not written"),
+        )],
         ..OutputFiles::one(format!("# fx fy cx cy\n{}\n", joined(&focals, " ")))
     })
 }
@@ -104,7 +110,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         let time = match record.time {
             Some(time) => time,
             None => record.name.parse().ok().filter(|time: &f64| time.is_finite()).ok_or_else(|| {
-                FormatError::Encode(format!(
+                FormatError::encode(format!(
                     "camera {:?} has no time, which a TUM trajectory needs: give it one, or a name that is a number of \
                      seconds",
                     record.name
@@ -118,7 +124,10 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
     }
     Ok(OutputFiles {
-        notices: vec!["a TUM trajectory holds times and poses; size, K and lens are not written".into()],
+        notices: vec![Notice::new(
+            NoticeCode::NotWritten,
+            "a TUM trajectory holds times and poses; size, K and lens are not written",
+        )],
         ..OutputFiles::one(text)
     })
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::rig::one_rig;
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
@@ -49,7 +49,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let doffs = second.z_axis.x - first.z_axis.x;
     let mut calibration = Calibration::default();
     if let Some(given) = number("doffs")?.filter(|given| (given - doffs).abs() > 0.01) {
-        calibration.note(format!("doffs is {given}, and cx of cam1 less that of cam0 {doffs}, which is used"));
+        calibration.note(
+            NoticeCode::Implausible,
+            format!("doffs is {given}, and cx of cam1 less that of cam0 {doffs}, which is used"),
+        );
     }
     let base = number("baseline")?.ok_or_else(|| FormatError::whole(path, "baseline is missing"))?;
     let size = match (number("width")?, number("height")?) {
@@ -63,12 +66,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.records.push(record);
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.note(format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
+    calibration
+        .note(NoticeCode::AssumedConvention, format!("the baseline, {base} mm, is in metres here; cam0 is the world"));
     for (key, (line, _)) in &rows {
         if !OTHER.contains(key) && !["cam0", "cam1", "baseline"].contains(key) {
-            calibration.note(format!("{key} (line {line}) is not read"));
+            calibration.note_about(NoticeCode::IgnoredKey, format!("{key} (line {line})"), "not read");
         }
     }
-    calibration.notices.sort();
     Ok(calibration)
 }

@@ -2,7 +2,7 @@
 //! lines), `intrinsic` (three lines), a line of depths. Source: MVSNet's README, "File formats".
 
 use glam::DMat3;
-use raycam_scene::PixelCenter;
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::number_lines::{data_lines, numbers};
 use crate::document::{check_rigid, rigid};
@@ -39,11 +39,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     for name in place.ending("_cam.txt") {
         let found = read(&place.read(name, assets)?, assets, hints)?;
         calibration.records.extend(found.records);
-        for notice in found.notices {
-            if !calibration.notices.contains(&notice) {
-                calibration.note(notice);
-            }
-        }
+        calibration.notices.extend(found.notices);
     }
     Ok(calibration)
 }
@@ -79,8 +75,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let files = PICTURES.iter().flat_map(|folder| ["jpg", "png"].map(|ending| format!("{folder}/{name}.{ending}")));
     record.size = size_of_picture(assets, path, files);
     let notice = match record.size {
-        Some([w, h]) => format!("the size is that of the picture, {w} x {h}"),
-        None => "the unit of the world is the file's (DTU: millimetres)".into(),
+        Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size is that of the picture, {w} x {h}")),
+        None => Notice::new(NoticeCode::PlacedCameras, "the unit of the world is the file's (DTU: millimetres)"),
     };
     Ok(Calibration { records: vec![record], notices: vec![notice], ..Calibration::default() })
 }

@@ -3,7 +3,7 @@
 //! image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::npy::{self, NumpyArray};
 use crate::document::{check_rotation, rigid};
@@ -64,15 +64,19 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if separate > 0 {
-        calibration.note("camera_mat_i is K in units of half the image size, world_mat_i is camera_from_world [R t]");
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            "camera_mat_i is K in units of half the image size, world_mat_i is camera_from_world [R t]",
+        );
     }
     if normalised {
-        calibration.note(
+        calibration.note(NoticeCode::PlacedCameras,
             "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised",
         );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
-        calibration.note(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
+        calibration
+            .note(NoticeCode::UsedOtherFile, format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }

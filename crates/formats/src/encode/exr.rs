@@ -68,7 +68,7 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
         (_, 2, _) => &["U", "V"],
         (_, 3 | 4, _) => &["X", "Y", "Z", "W"],
         (_, n, _) => {
-            return Err(FormatError::Encode(format!("EXR: layer {name:?} has {n} components, expected 1 to 4")));
+            return Err(FormatError::encode(format!("EXR: layer {name:?} has {n} components, expected 1 to 4")));
         }
     };
     let prefix = if name == "color" { String::new() } else { format!("{name}.") };
@@ -93,7 +93,7 @@ pub fn encode(
 ) -> Result<Vec<u8>> {
     let [columns, rows] = size.map(|side| side as usize);
     if columns == 0 || rows == 0 || layers.is_empty() {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "EXR: {} layers of {columns} x {rows} pixels, expected at least one of each",
             layers.len()
         )));
@@ -106,7 +106,7 @@ pub fn encode(
     header.extend(notes.iter().map(|(key, value)| (*key, string_attribute(value))));
     for (key, value) in header {
         if attributes.other.insert(text(key)?, value).is_some() {
-            return Err(FormatError::Encode(format!("EXR: the header has {key} twice")));
+            return Err(FormatError::encode(format!("EXR: the header has {key} twice")));
         }
     }
     let image = Image {
@@ -124,7 +124,7 @@ pub fn encode(
     };
     let mut file = std::io::Cursor::new(Vec::new());
     // Not parallel: the crate's threads come from rayon's global pool, which does not survive a fork.
-    image.write().non_parallel().to_buffered(&mut file).map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
+    image.write().non_parallel().to_buffered(&mut file).map_err(|e| FormatError::encode(format!("EXR: {e}")))?;
     let mut file = file.into_inner();
     sort_header(&mut file);
     Ok(file)
@@ -136,7 +136,7 @@ fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<
     for layer in layers {
         let expected = columns.checked_mul(rows).and_then(|n| n.checked_mul(layer.components));
         if expected != Some(layer.samples.len()) {
-            return Err(FormatError::Encode(format!(
+            return Err(FormatError::encode(format!(
                 "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
                 layer.name,
                 layer.samples.len(),
@@ -154,7 +154,7 @@ fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<
     }
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(twice) = channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        return Err(FormatError::Encode(format!("EXR: two channels are named {}", twice[0].name)));
+        return Err(FormatError::encode(format!("EXR: two channels are named {}", twice[0].name)));
     }
     Ok(channels)
 }
@@ -224,5 +224,5 @@ fn string_attribute(value: &str) -> AttributeValue {
 fn text(name: &str) -> Result<Text> {
     let printable = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
     let text = if printable { Text::new_or_none(name) } else { None };
-    text.ok_or_else(|| FormatError::Encode(format!("EXR: {name:?} cannot be a name: expected printable ASCII")))
+    text.ok_or_else(|| FormatError::encode(format!("EXR: {name:?} cannot be a name: expected printable ASCII")))
 }

@@ -13,7 +13,7 @@ const MAX_SIDE: u32 = u16::MAX as u32;
 /// # Errors
 /// When the number of samples is not columns x rows x 3, a side is 0 or above 65,535, or `quality` is none of these.
 pub fn encode([columns, rows]: [u32; 2], rgb: &[u8], quality: u8) -> Result<Vec<u8>> {
-    let fail = |message: String| Err(FormatError::Encode(format!("JPEG: {message}")));
+    let fail = |message: String| Err(FormatError::encode(format!("JPEG: {message}")));
     if !(1..=100).contains(&quality) {
         return fail(format!("quality is {quality}, expected 1 to 100"));
     }

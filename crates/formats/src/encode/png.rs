@@ -24,7 +24,7 @@ pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<V
         2 => png::ColorType::GrayscaleAlpha,
         3 => png::ColorType::Rgb,
         4 => png::ColorType::Rgba,
-        _ => return Err(FormatError::Encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4"))),
+        _ => return Err(FormatError::encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4"))),
     };
     let (count, depth, bytes);
     let big_endian: Vec<u8>;
@@ -38,7 +38,7 @@ pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<V
     let [columns, rows] = size;
     let pixels = u64::from(columns) * u64::from(rows);
     if pixels == 0 || pixels.checked_mul(channels as u64) != Some(count as u64) {
-        return Err(FormatError::Encode(format!(
+        return Err(FormatError::encode(format!(
             "PNG: {count} samples, expected {columns} x {rows} x {channels} and more than 0"
         )));
     }
@@ -47,7 +47,7 @@ pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<V
     encoder.set_color(color);
     encoder.set_depth(depth);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    let failed = |e: png::EncodingError| FormatError::Encode(format!("PNG: {e}"));
+    let failed = |e: png::EncodingError| FormatError::encode(format!("PNG: {e}"));
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(bytes).map_err(failed)?;
     writer.finish().map_err(failed)?;

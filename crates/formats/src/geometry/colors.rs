@@ -1,21 +1,21 @@
 //! Two sources of colour for one surface. Mesh formats define no product of them, so one is used.
 
-use raycam_scene::Mesh;
 use raycam_scene::color::Rgb;
+use raycam_scene::{Mesh, Notice, NoticeCode};
 
 const WHITE: Rgb = [1.0; 3];
 
 /// Keeps the colours of the vertices or those of the faces, where a mesh has both; returns what is used.
-pub(crate) fn choose(mesh: &mut Mesh) -> Option<&'static str> {
+pub(crate) fn choose(mesh: &mut Mesh) -> Option<Notice> {
     let (vertices, faces) = (mesh.vertex_colors.as_deref()?, mesh.face_colors.as_deref()?);
     // Colours that are all the same say less.
     let one = |colors: &[Rgb]| colors.windows(2).all(|pair| pair[0] == pair[1]);
     if one(vertices) && !one(faces) {
         mesh.vertex_colors = None;
-        return Some("vertex and face colours: those of the faces are used");
+        return Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: those of the faces are used"));
     }
     mesh.face_colors = None;
-    Some("vertex and face colours: those of the vertices are used")
+    Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: those of the vertices are used"))
 }
 
 /// Makes triangles with an image white, and their vertices, each its own where others use it too. `textured` is by material

@@ -12,8 +12,8 @@ pub(crate) struct NonFinite {
 }
 
 impl NonFinite {
-    /// The notice about them; `None` where there are none.
-    pub(crate) fn notice(self) -> Option<String> {
+    /// Text of a notice about them; `None` if all are finite.
+    pub(crate) fn message(self) -> Option<String> {
         let Self { vertices, triangles } = self;
         match (vertices, triangles) {
             (0, _) => None,
@@ -74,6 +74,6 @@ mod tests {
         assert_eq!(mesh.face_colors, Some(vec![[0.1; 3], [0.3; 3]]));
         assert_eq!(mesh.material_slots, Some(vec![0, 2]));
         assert_eq!(mesh.vertices, [DVec3::X, DVec3::X, DVec3::Y, DVec3::Z, DVec3::X]);
-        assert_eq!(drop_non_finite(&mut mesh).notice(), None);
+        assert_eq!(drop_non_finite(&mut mesh).message(), None);
     }
 }

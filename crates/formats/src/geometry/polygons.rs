@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -35,9 +36,10 @@ impl DegenerateFaces {
     }
 
     /// The notice about these faces, if there are any.
-    pub(crate) fn notice(&self, path: &Path) -> Option<String> {
+    pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
-        Some(format!("{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}"))
+        let message = format!("{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}");
+        Some(Notice::new(NoticeCode::DroppedGeometry, message))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
 use bytemuck::Pod;
-use raycam_scene::{ColorUse, Image, Texels};
+use raycam_scene::{ColorUse, Image, Message, Notice, NoticeCode, Texels};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -21,20 +21,20 @@ pub(crate) struct Decoder<'a> {
     pub(crate) color_use: ColorUse,
     pub(crate) trusted: u64,
     pub(crate) budget: &'a mut Budget,
-    pub(crate) notices: &'a mut Vec<String>,
+    pub(crate) notices: &'a mut Vec<Notice>,
 }
 
 impl Decoder<'_> {
-    pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
+    pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
         FormatError::whole(self.path, message)
     }
 
-    pub(crate) fn unsupported(&self, message: impl Into<String>) -> FormatError {
+    pub(crate) fn unsupported(&self, message: impl Into<Message>) -> FormatError {
         FormatError::unsupported(self.path, message)
     }
 
-    pub(crate) fn notice(&mut self, message: impl std::fmt::Display) {
-        self.notices.push(format!("{}: {message}", self.path.display()));
+    pub(crate) fn notice(&mut self, code: NoticeCode, message: impl std::fmt::Display) {
+        self.notices.push(Notice::new(code, format!("{}: {message}", self.path.display())));
     }
 
     /// Charges the pixels of an image before they are decoded, and refuses an image that unpacks to more than its
@@ -89,7 +89,10 @@ impl Decoder<'_> {
             }
         }
         if replaced > 0 {
-            self.notice(format!("{replaced} values are infinite or not numbers: read as {LARGEST} and 0"));
+            self.notice(
+                NoticeCode::ReplacedValue,
+                format!("{replaced} values are infinite or not numbers: read as {LARGEST} and 0"),
+            );
         }
         Texels::Float(texels)
     }
@@ -124,12 +127,12 @@ pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecod
         && !profile.windows(4).any(|w| w == b"sRGB")
         && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
     {
-        file.notice("its colour profile is not applied");
+        file.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
     }
     if let Ok(orientation) = decoder.orientation()
         && orientation != Orientation::NoTransforms
     {
-        file.notice("its EXIF orientation is not applied");
+        file.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
     }
     let image = DynamicImage::from_decoder(decoder).map_err(|e| decoder_error(file, e))?;
     let texels = match texel {

@@ -10,7 +10,7 @@ use ::exr::image::{AnyChannel, FlatSamples};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
-use raycam_scene::Image;
+use raycam_scene::{Image, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -70,11 +70,11 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let index = headers.iter().position(|header| std::ptr::eq(header, part));
     let size = take_part(file, part, index.unwrap_or_default())?;
     if part.shared_attributes.chromaticities.is_some_and(other_primaries) {
-        file.notice("its primaries are not those of Rec. 709: read as if they were");
+        file.notice(NoticeCode::IgnoredColorProfile, "its primaries are not those of Rec. 709: read as if they were");
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
-        file.notice("only its data window is read, which is not its display window");
+        file.notice(NoticeCode::IgnoredFeature, "only its data window is read, which is not its display window");
     }
 
     let texels = read_pixels(file, part.layer_size.0, grey.as_deref());
@@ -116,7 +116,7 @@ fn shown_part<'a>(file: &mut Decoder<'_>, headers: &'a [Header]) -> Result<(&'a 
         let mut only = names(part);
         only.retain(|name| name != "A");
         if let [name] = &only[..] {
-            file.notice(format!("its only channel, {name}, is read as grey"));
+            file.notice(NoticeCode::AssumedConvention, format!("its only channel, {name}, is read as grey"));
             return Ok((part, only.pop()));
         }
     }
@@ -220,12 +220,20 @@ fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     found.into_iter().zip(expected).any(differs)
 }
 
+/// True if the first part is compressed by a method that OpenEXR 3.3 does not define.
+fn has_unknown_compression(bytes: &[u8]) -> bool {
+    const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
+    const LAST_METHOD: u8 = 9;
+    let start = bytes.windows(ATTRIBUTE.len()).position(|window| window == ATTRIBUTE);
+    let method = start.and_then(|start| bytes.get(start + ATTRIBUTE.len()));
+    method.is_some_and(|method| *method > LAST_METHOD)
+}
+
 fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
-        Error::NotSupported(message) => file.unsupported(message),
+        Error::NotSupported(message) => file.unsupported(message.into_owned()),
         Error::Io(e) => file.fault(format!("ends early: {e}")),
-        // How the decoder calls a number that it does not know.
-        Error::Invalid(message) if message.contains("compression attribute") => file.unsupported(
+        Error::Invalid(_) if has_unknown_compression(file.bytes) => file.unsupported(
             "its compression is not known; none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA and DWAB are",
         ),
         error => file.fault(error.to_string()),

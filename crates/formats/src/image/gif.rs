@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use ::image::ImageDecoder;
 use ::image::codecs::gif::GifDecoder;
-use raycam_scene::Image;
+use raycam_scene::{Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -26,7 +26,7 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
         file.take_pixels(first, 4)?;
     }
     if frames.is_some_and(|frames| frames > 1) {
-        file.notice("it moves: its first frame is read");
+        file.notice(NoticeCode::FirstOnly, "it moves: its first frame is read");
     }
     decode_checked(file, decoder, |file| match frames {
         Some(1..) => Ok(()),

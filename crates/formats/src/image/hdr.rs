@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use ::image::codecs::hdr::HdrDecoder;
-use raycam_scene::{Image, Texels};
+use raycam_scene::{Image, NoticeCode, Texels};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -30,7 +30,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     }
     for (key, value) in &metadata.custom_attributes {
         if changes_colors(key, value) {
-            file.notice(format_args!("its {key} of {value} is not applied"));
+            file.notice(NoticeCode::IgnoredColorProfile, format_args!("its {key} of {value} is not applied"));
         }
     }
     // The factor of all values of the file.

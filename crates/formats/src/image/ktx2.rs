@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use half::f16;
-use raycam_scene::{Image, Texels};
+use raycam_scene::{Image, NoticeCode, Texels};
 use ruzstd::decoding::StreamingDecoder;
 
 use crate::error::Result;
@@ -78,10 +78,13 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
-        file.notice(format_args!("its mark as {marked} is not what it is used for, and is ignored"));
+        file.notice(
+            NoticeCode::IgnoredKey,
+            format_args!("its mark as {marked} is not what it is used for, and is ignored"),
+        );
     }
     if header.premultiplied {
-        file.notice("its colours are multiplied by its alpha, and are left so");
+        file.notice(NoticeCode::IgnoredFeature, "its colours are multiplied by its alpha, and are left so");
     }
     let stored = &file.bytes[header.level.0..header.level.1];
     let unpacked;

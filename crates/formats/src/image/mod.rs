@@ -18,7 +18,7 @@ mod webp;
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{ByteString, EncodedImage, Image};
+use raycam_scene::{ByteString, EncodedImage, Image, Notice};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -76,7 +76,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<String>)> {
+pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<Notice>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     let mut notices = Vec::new();
     let mut budget = *budget;
@@ -101,7 +101,7 @@ pub fn decode_image(
     path: &Path,
     color_use: ColorUse,
     budget: &mut Budget,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Image> {
     stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {

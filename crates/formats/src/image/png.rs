@@ -5,7 +5,7 @@ use std::io::Cursor;
 use ::image::codecs::png::PngDecoder;
 use ::image::error::DecodingError;
 use ::image::{ImageDecoder, ImageError, ImageFormat, Limits};
-use raycam_scene::Image;
+use raycam_scene::{Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
@@ -18,10 +18,10 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     let (gamma, primaries) = unapplied_colors(file.bytes);
     if let Some(gamma) = gamma {
-        file.notice(format_args!("its gamma of {gamma} is not applied"));
+        file.notice(NoticeCode::IgnoredColorProfile, format_args!("its gamma of {gamma} is not applied"));
     }
     if primaries {
-        file.notice("its primaries, which are not those of sRGB, are not applied");
+        file.notice(NoticeCode::IgnoredColorProfile, "its primaries, which are not those of sRGB, are not applied");
     }
     let texel = texel_bytes(&decoder);
     if file.take_pixels(decoder.dimensions().into(), texel)? {

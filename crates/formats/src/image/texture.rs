@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{Texture, TextureSampler, Wrap};
+use raycam_scene::{Notice, NoticeCode, Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
 use crate::error::Result;
@@ -18,7 +18,7 @@ use raycam_scene::ColorUse;
 ///
 /// # Errors
 /// See [`decode_image`].
-pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>)> {
+pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<Notice>)> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     decode_texture(source.bytes, path, budget)
 }
@@ -27,7 +27,7 @@ pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String
 ///
 /// # Errors
 /// See [`decode_image`].
-pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>)> {
+pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(Texture, Vec<Notice>)> {
     let source = InputFile::new(path, bytes);
     let mut notices = Vec::new();
     let texture = decode(&source, [Wrap::Repeat; 2], ColorUse::Color, &mut budget.clone(), &mut notices)?;
@@ -41,7 +41,7 @@ pub(crate) fn decode(
     wrap: [Wrap; 2],
     color_use: ColorUse,
     budget: &mut Budget,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Texture> {
     let InputFile { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
@@ -55,12 +55,12 @@ pub(crate) fn optional_texture(
     wrap: Wrap,
     color_use: ColorUse,
     assets: &mut AssetRoot,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Option<Texture>> {
     let name = match udim::single_image(from, &reference::with_slashes(name), assets) {
         Ok(name) => name,
         Err(reason) => {
-            notices.push(format!("{}: left out: {reason}", from.display()));
+            notices.push(Notice::new(NoticeCode::IgnoredFeature, format!("{}: left out: {reason}", from.display())));
             return Ok(None);
         }
     };
@@ -74,7 +74,7 @@ pub(crate) fn optional_texture(
             Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture }))
         }
         Err(error) if companion::can_be_left_out(&error) => {
-            notices.push(format!("{}: left out: {error}", from.display()));
+            notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: left out: {error}", from.display())));
             Ok(None)
         }
         Err(error) => Err(error),
@@ -82,12 +82,12 @@ pub(crate) fn optional_texture(
 }
 
 /// The notice about alpha, which a mesh file uses only where it says so.
-fn alpha_notice(path: &Path, texture: &Texture) -> Option<String> {
+fn alpha_notice(path: &Path, texture: &Texture) -> Option<Notice> {
     texture.image.texels.has_alpha().then(|| {
-        format!(
-            "{}: its alpha counts only where its material uses it: by map_d in an MTL file, or alpha = \"blend\" of the \
-             object",
+        let message = format!(
+            "{}: alpha is used only if the material uses it: map_d in an MTL file, or alpha = \"blend\" of the object",
             path.display()
-        )
+        );
+        Notice::new(NoticeCode::UnusedAlpha, message)
     })
 }

@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::io::{AssetRoot, reference};
 
 /// The words that stand for the number of a tile.
@@ -32,13 +34,15 @@ pub(crate) fn reason(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<Str
 }
 
 /// The notice about an image `..1001..` beside which other tiles lie.
-pub(crate) fn notice(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<String> {
+pub(crate) fn notice(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<Notice> {
     let at = name.windows(4).rposition(|window| window == FIRST)?;
     let tiles = tiles_from(from, name, at, FIRST.len(), 1002, assets);
     let shown = reference::shown(name);
     (!tiles.is_empty()).then(|| {
         let (from, tiles) = (from.display(), list(&tiles));
-        format!("{from}: {shown:?} is tile 1001 of an image; its other tiles (UDIM) are not read: {tiles}")
+        let message =
+            format!("{from}: {shown:?} is tile 1001 of an image; its other tiles (UDIM) are not read: {tiles}");
+        Notice::new(NoticeCode::FirstOnly, message)
     })
 }
 

@@ -7,7 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{self, Component, Path, PathBuf};
 use std::sync::Arc;
 
-use raycam_scene::{Image, TextureCache, World};
+use raycam_scene::{Image, Notice, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -31,7 +31,7 @@ pub struct AssetRoot {
     searches: usize,
     /// The rest of the budget.
     pub budget: Budget,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
     /// True if the program itself names the files: then they may lie anywhere.
     trusted: bool,
     /// The files, where they are in memory: then nothing is read from a disk.
@@ -90,7 +90,7 @@ impl AssetRoot {
     }
 
     /// Removes and returns the notices of images; a [`MeshFile`](raycam_scene::MeshFile) has its own notices.
-    pub(crate) fn drain_notices(&mut self) -> Vec<String> {
+    pub(crate) fn drain_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
     }
 
@@ -377,7 +377,7 @@ impl AssetRoot {
     }
 
     /// The rest of the budget, and the notices of images.
-    pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<String>) {
+    pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<Notice>) {
         (&mut self.budget, &mut self.notices)
     }
 }

@@ -10,6 +10,8 @@
 
 use std::path::Path;
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, reference};
 
@@ -31,11 +33,11 @@ pub(crate) fn optional_file(
     from: &Path,
     name: &[u8],
     assets: &mut AssetRoot,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Option<InputFile>> {
     match companion_file(from, name, assets, notices) {
         Err(error) if can_be_left_out(&error) => {
-            notices.push(format!("{}: left out: {error}", from.display()));
+            notices.push(Notice::new(NoticeCode::MissingFile, format!("{}: left out: {error}", from.display())));
             Ok(None)
         }
         source => source.map(Some),
@@ -57,7 +59,7 @@ pub(crate) fn companion_file(
     from: &Path,
     name: &[u8],
     assets: &mut AssetRoot,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<InputFile> {
     let written = reference::with_slashes(name);
     let error = match assets.read_reference(from, &written) {
@@ -75,11 +77,14 @@ pub(crate) fn companion_file(
     }
     let Some((found, how)) = search(from, &bare.unwrap_or(written), assets) else { return Err(error) };
     let file = assets.read_reference(from, &found)?;
-    notices.push(format!(
-        "{}: {:?} is not there; {} is used, {how}",
-        from.display(),
-        reference::shown(name),
-        file.path.display()
+    notices.push(Notice::new(
+        NoticeCode::SubstitutedFile,
+        format!(
+            "{}: {:?} is not there; {} is used, {how}",
+            from.display(),
+            reference::shown(name),
+            file.path.display()
+        ),
     ));
     Ok(file)
 }

@@ -1,27 +1,36 @@
-//! Notices of a reader: each message once, with the first place that it is about and the number of further places.
+//! Notices of a reader, grouped: each kind once, with its first three places and the number of further ones.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::path::Path;
+
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::error::Location;
 
 /// Different messages that are kept; further ones are only counted.
 const MAX_NOTICES: usize = 1000;
 
+/// Places that a notice lists.
+const MAX_PLACES: usize = 3;
+
 /// Notices under collection.
 #[derive(Debug, Default)]
 pub(crate) struct Diagnostics {
-    notices: Vec<Notice>,
-    /// Index into `notices` by kind.
-    known: HashMap<String, usize>,
+    groups: Vec<NoticeGroup>,
+    /// Index into `groups` by kind.
+    known: HashMap<(NoticeCode, String), usize>,
     suppressed: usize,
 }
 
+/// Notices of one kind, with the message of the first.
 #[derive(Debug)]
-struct Notice {
-    place: Place,
+struct NoticeGroup {
+    code: NoticeCode,
     message: String,
-    more: usize,
+    /// The first [`MAX_PLACES`].
+    places: Vec<Place>,
+    count: usize,
 }
 
 /// The place of a notice in its file.
@@ -57,55 +66,85 @@ impl From<&str> for Place {
     }
 }
 
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Location(Location::Line(line)) => write!(f, "{line}"),
+            Self::Location(Location::Byte(byte)) => write!(f, "byte {byte}"),
+            Self::Location(Location::Whole) => f.write_str("file"),
+            Self::Named(name) => f.write_str(name),
+        }
+    }
+}
+
+impl NoticeGroup {
+    /// The notice, with the name of the file and the places in front.
+    fn notice(self, path: &impl fmt::Display) -> Notice {
+        let Self { code, message, places, count } = self;
+        let more = match count - places.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let joint = match &places[..] {
+            [Place::Location(Location::Whole)] => return Notice::new(code, format!("{path}: {message}")),
+            [Place::Location(Location::Line(_)), ..] => ":",
+            _ => ": ",
+        };
+        let places: Vec<String> = places.iter().map(Place::to_string).collect();
+        Notice::new(code, format!("{path}{joint}{}{more}: {message}", places.join(", ")))
+    }
+}
+
 impl Diagnostics {
-    /// Adds a notice about a place in the file.
-    pub(crate) fn note(&mut self, place: impl Into<Place>, message: impl Into<String>) {
+    /// Adds a notice about a place in the file; notices with the same code and message are grouped.
+    pub(crate) fn note(&mut self, code: NoticeCode, place: impl Into<Place>, message: impl Into<String>) {
         let message = message.into();
-        self.add(message.clone(), Notice { place: place.into(), message, more: 0 });
+        self.note_kind(code, &message.clone(), place, message);
     }
 
-    /// Adds a notice of a kind, of which the first is said and the others are counted.
-    pub(crate) fn note_kind(&mut self, kind: &str, place: impl Into<Place>, message: impl Into<String>) {
-        self.add(kind.into(), Notice { place: place.into(), message: message.into(), more: 0 });
+    /// Adds a notice; those with the same code and kind are grouped under the first message.
+    pub(crate) fn note_kind(
+        &mut self,
+        code: NoticeCode,
+        kind: &str,
+        place: impl Into<Place>,
+        message: impl Into<String>,
+    ) {
+        let group = NoticeGroup { code, message: message.into(), places: vec![place.into()], count: 1 };
+        self.add((code, kind.into()), group);
     }
 
     /// Adds the notices of a later part of the file.
     pub(crate) fn append(&mut self, later: Self) {
         let mut kinds: Vec<_> = later.known.into_iter().collect();
-        kinds.sort_unstable_by_key(|(_, notice)| *notice);
-        for ((kind, _), notice) in kinds.into_iter().zip(later.notices) {
-            self.add(kind, notice);
+        kinds.sort_unstable_by_key(|(_, group)| *group);
+        for ((kind, _), group) in kinds.into_iter().zip(later.groups) {
+            self.add(kind, group);
         }
         self.suppressed += later.suppressed;
     }
 
-    fn add(&mut self, kind: String, notice: Notice) {
+    fn add(&mut self, kind: (NoticeCode, String), group: NoticeGroup) {
         if let Some(&known) = self.known.get(&kind) {
-            self.notices[known].more += 1 + notice.more;
-        } else if self.notices.len() == MAX_NOTICES {
-            self.suppressed += 1 + notice.more;
+            let known = &mut self.groups[known];
+            let left = MAX_PLACES - known.places.len();
+            known.places.extend(group.places.into_iter().take(left));
+            known.count += group.count;
+        } else if self.groups.len() == MAX_NOTICES {
+            self.suppressed += group.count;
         } else {
-            self.known.insert(kind, self.notices.len());
-            self.notices.push(notice);
+            self.known.insert(kind, self.groups.len());
+            self.groups.push(group);
         }
     }
 
     /// All notices, each with the name of the file in front.
-    pub(crate) fn into_notices(self, path: &Path) -> Vec<String> {
+    pub(crate) fn into_notices(self, path: &Path) -> Vec<Notice> {
         let path = path.display();
-        let text = |Notice { place, message, more }| {
-            let others = match more {
-                0 => String::new(),
-                _ => format!(" and {more} more"),
-            };
-            match place {
-                Place::Location(location) => format!("{path}{location}{others}: {message}"),
-                Place::Named(name) => format!("{path}: {name}{others}: {message}"),
-            }
-        };
-        let mut notices: Vec<String> = self.notices.into_iter().map(text).collect();
+        let mut notices: Vec<Notice> = self.groups.into_iter().map(|group| group.notice(&path)).collect();
         if self.suppressed > 0 {
-            notices.push(format!("{path}: {} more notices are not kept", self.suppressed));
+            let message = format!("{path}: {} more notices are not kept", self.suppressed);
+            notices.push(Notice::new(NoticeCode::MoreNotices, message));
         }
         notices
     }
@@ -115,30 +154,35 @@ impl Diagnostics {
 mod tests {
     use super::*;
 
+    fn messages(diagnostics: Diagnostics, path: &str) -> Vec<String> {
+        diagnostics.into_notices(Path::new(path)).into_iter().map(|notice| notice.message).collect()
+    }
+
     #[test]
-    fn messages_are_said_once_and_not_without_end() {
-        let path = Path::new("a.gltf");
+    fn equal_notices_are_grouped_and_their_number_is_limited() {
         let mut diagnostics = Diagnostics::default();
         for i in 0..3 * MAX_NOTICES {
-            diagnostics.note(format!("nodes[{i}]"), "odd");
-            diagnostics.note("extensionsUsed", format!("{i} is unknown"));
+            diagnostics.note(NoticeCode::InvalidFile, format!("nodes[{i}]"), "odd");
+            diagnostics.note(NoticeCode::IgnoredFeature, "extensionsUsed", format!("{i} is unknown"));
         }
-        let notices = diagnostics.into_notices(path);
+        let notices = messages(diagnostics, "a.gltf");
         assert_eq!(notices.len(), MAX_NOTICES + 1);
-        assert_eq!(notices[0], "a.gltf: nodes[0] and 2999 more: odd");
+        assert_eq!(notices[0], "a.gltf: nodes[0], nodes[1], nodes[2] and 2997 more: odd");
         assert_eq!(notices[MAX_NOTICES], "a.gltf: 2001 more notices are not kept");
     }
 
     #[test]
-    fn parts_of_a_file_count_together() {
+    fn parts_of_a_file_are_grouped_together() {
+        let code = NoticeCode::InvalidFile;
         let mut first = Diagnostics::default();
-        first.note(Location::Line(3), "odd");
-        first.note(Location::Line(4), "odd");
+        first.note(code, Location::Line(3), "odd");
+        first.note(code, Location::Line(4), "odd");
         let mut later = Diagnostics::default();
-        later.note(Location::Line(7), "odd");
-        later.note_kind("odd", Location::Line(8), "odder");
-        later.note(Location::Whole, "even");
+        later.note(code, Location::Line(7), "odd");
+        later.note_kind(code, "odd", Location::Line(8), "odder");
+        later.note(code, Location::Whole, "even");
+        later.note(NoticeCode::IgnoredKey, Location::Line(9), "odd");
         first.append(later);
-        assert_eq!(first.into_notices(Path::new("a.obj")), ["a.obj:3 and 3 more: odd", "a.obj: even"]);
+        assert_eq!(messages(first, "a.obj"), ["a.obj:3, 4, 7 and 1 more: odd", "a.obj: even", "a.obj:9: odd"]);
     }
 }

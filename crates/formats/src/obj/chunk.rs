@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use raycam_scene::NoticeCode;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 
 use crate::error::Location;
@@ -177,7 +178,7 @@ impl Chunk {
                 let mut uv = [u as f32, (1.0 - v) as f32];
                 if !(uv[0].is_finite() && uv[1].is_finite()) {
                     let message = format!("vt {u} {v} is not finite: taken as 0 0");
-                    self.odd.note_kind("vt", Location::Line(line), message);
+                    self.odd.note_kind(NoticeCode::ReplacedValue, "vt", Location::Line(line), message);
                     uv = [0.0, 1.0];
                 }
                 self.uvs.push(uv);
@@ -187,7 +188,7 @@ impl Chunk {
                 let given = DVec3::from(numbers(line, rest, "vn", 3)?);
                 if !given.is_finite() {
                     let message = "vn with numbers that are not finite: the normal of the face is used";
-                    self.odd.note(Location::Line(line), message);
+                    self.odd.note(NoticeCode::ReplacedValue, Location::Line(line), message);
                 }
                 let normal = given.normalize_or_zero().as_vec3();
                 self.normals.push(normal.to_array());
@@ -242,7 +243,7 @@ impl Chunk {
                 _ => {
                     let word = lexer::for_message(word);
                     let message = format!("s {word} is taken as off, expected a smoothing group or off");
-                    self.odd.note_kind("s", Location::Line(line), message);
+                    self.odd.note_kind(NoticeCode::ReplacedValue, "s", Location::Line(line), message);
                     0
                 }
             },
@@ -259,7 +260,11 @@ impl Chunk {
         let colors: Option<Vec<[u8; 3]>> = all.iter().map(color).collect();
         match colors.filter(|_| over.is_empty()) {
             Some(colors) => self.polypaint.extend(colors),
-            None => self.odd.note(Location::Line(line), "#MRGB is not of 8 hexadecimal digits a vertex: not used"),
+            None => self.odd.note(
+                NoticeCode::ReplacedValue,
+                Location::Line(line),
+                "#MRGB is not of 8 hexadecimal digits a vertex: not used",
+            ),
         }
     }
 

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::error::{Location, Result};
 use crate::io::{AssetRoot, Diagnostics, companion, reference};
 use crate::obj::mtl::{self, MtlMaterial};
@@ -26,7 +28,7 @@ fn similar_name(name: &[u8]) -> Vec<u8> {
 
 impl Library {
     /// Reads the libraries that an OBJ file names, or where it has none, the one of the file's own name beside it.
-    pub(crate) fn read(obj: &Obj, path: &Path, assets: &mut AssetRoot, notices: &mut Vec<String>) -> Result<Self> {
+    pub(crate) fn read(obj: &Obj, path: &Path, assets: &mut AssetRoot, notices: &mut Vec<Notice>) -> Result<Self> {
         let mut library = Self::default();
         let mut count = 0;
         for name in &obj.libraries {
@@ -47,17 +49,20 @@ impl Library {
         {
             let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is not there" };
             let (path, own) = (path.display(), source.path.display());
-            notices.push(format!("{path}: {named}; {own}, which lies beside it, is used"));
+            notices.push(Notice::new(
+                NoticeCode::SubstitutedFile,
+                format!("{path}: {named}; {own}, which lies beside it, is used"),
+            ));
             library.add(&source.path, &source.bytes, notices)?;
         }
         Ok(library)
     }
 
     /// Adds the materials of a file; one that cannot be read is left out with a notice.
-    fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<()> {
+    fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<()> {
         let materials = match mtl::parse(path, bytes, notices) {
             Err(error) if companion::can_be_left_out(&error) => {
-                notices.push(format!("{}: left out: {error}", path.display()));
+                notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: left out: {error}", path.display())));
                 return Ok(());
             }
             materials => materials?,
@@ -69,7 +74,7 @@ impl Library {
             if known.is_some() {
                 let message =
                     format!("material {:?} is defined again: the last one is used", reference::shown(&material.name));
-                twice.note_kind("twice", Location::Line(material.line), message);
+                twice.note_kind(NoticeCode::DuplicateName, "twice", Location::Line(material.line), message);
             }
             let similar = self.similar.entry(similar_name(&material.name)).or_insert(Some(index));
             if *similar != Some(index) {
@@ -94,18 +99,24 @@ impl Library {
     }
 
     /// The material for faces of a file without any `usemtl`, if there is only one; a notice says what is done.
-    pub(crate) fn only(&self, path: &Path, notices: &mut Vec<String>) -> Option<&(PathBuf, MtlMaterial)> {
+    pub(crate) fn only(&self, path: &Path, notices: &mut Vec<Notice>) -> Option<&(PathBuf, MtlMaterial)> {
         let path = path.display();
         match &self.materials[..] {
             [] => None,
             [only] => {
                 let name = reference::shown(&only.1.name);
-                notices.push(format!("{path}: no usemtl; the only material of its library, {name:?}, is used"));
+                notices.push(Notice::new(
+                    NoticeCode::AssumedConvention,
+                    format!("{path}: no usemtl; the only material of its library, {name:?}, is used"),
+                ));
                 Some(only)
             }
             more => {
                 let count = more.len();
-                notices.push(format!("{path}: no usemtl: none of the {count} materials of its library is used"));
+                notices.push(Notice::new(
+                    NoticeCode::IgnoredElement,
+                    format!("{path}: no usemtl: none of the {count} materials of its library is used"),
+                ));
                 None
             }
         }

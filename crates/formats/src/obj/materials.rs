@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
+use raycam_scene::{Material, Mesh, MeshFile, Notice, NoticeCode, Texture, TextureSlot};
 
 use crate::error::Result;
 use crate::image::merge_alpha;
@@ -70,14 +70,16 @@ impl Materials {
             model.materials.push(material);
         }
         let lists = [
-            ("materials without a definition are plain", undefined),
-            ("materials whose definitions have names in other case", differing),
+            (NoticeCode::MissingValue, "materials without a definition are plain", undefined),
+            (NoticeCode::SubstitutedFile, "materials whose definitions have names in other case", differing),
         ];
-        for (what, names) in lists {
+        for (code, what, names) in lists {
             if !names.is_empty() {
                 let more = if names.len() > 12 { ", ..." } else { "" };
                 let names: Vec<_> = names.into_iter().take(12).map(lexer::name).collect();
-                model.notices.push(format!("{}: {what}: {}{more}", path.display(), names.join(", ")));
+                model
+                    .notices
+                    .push(Notice::new(code, format!("{}: {what}: {}{more}", path.display(), names.join(", "))));
             }
         }
         Ok(materials)
@@ -112,10 +114,13 @@ fn slots(
     if let (Some(own), Some(color)) = (opacity, color)
         && !own.same_placement(color)
     {
-        model.notices.push(format!(
-            "{}:{}: map_d is not used: it is laid on otherwise than map_Kd (-s, -o, -clamp), expected the same",
-            library.display(),
-            own.line
+        model.notices.push(Notice::new(
+            NoticeCode::IgnoredTransparency,
+            format!(
+                "{}:{}: map_d is not used: it is laid on otherwise than map_Kd (-s, -o, -clamp), expected the same",
+                library.display(),
+                own.line
+            ),
         ));
         opacity = None;
     }
@@ -166,11 +171,14 @@ fn image(
         && used == ImageUse::Normals
         && normals_from_height::is_height_map(&heights.image.texels)?
     {
-        model.notices.push(format!(
-            "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
-            library.display(),
-            map.line,
-            reference::shown(&map.file)
+        model.notices.push(Notice::new(
+            NoticeCode::AssumedConvention,
+            format!(
+                "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
+                library.display(),
+                map.line,
+                reference::shown(&map.file)
+            ),
         ));
         let normals = normals_from_height::normals_from_height(heights, &mut assets.budget)?;
         heights.image = assets.store_texture(Arc::new(normals))?;

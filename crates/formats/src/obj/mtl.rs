@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot};
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Notice, NoticeCode, Principled, TextureSlot};
 
 use crate::error::{FormatError, Location, Result};
 use crate::io::Diagnostics;
@@ -71,7 +71,7 @@ impl MtlMaterial {
         &self,
         path: &Path,
         textures: &[(MapRole, TextureSlot, f32)],
-        notices: &mut Vec<String>,
+        notices: &mut Vec<Notice>,
     ) -> Material {
         let refracts = matches!(self.illumination, 6 | 7);
         let slot = |role| (textures.iter().rev()).find(|&&(r, ..)| r == role);
@@ -79,12 +79,12 @@ impl MtlMaterial {
         let image = texture(MapRole::Color);
         let diffuse = self.diffuse.unwrap_or(if image.is_some() { [1.0; 3] } else { [0.8; 3] });
         if image.is_some() && diffuse == [0.0; 3] && !refracts {
-            notices.push(format!(
+            notices.push(Notice::new(NoticeCode::Implausible, format!(
                 "{}:{}: material {:?} has Kd 0 0 0, which multiplies the image of map_Kd: it is black; Kd 1 1 1 shows it",
                 path.display(),
                 self.line,
                 lexer::name(&self.name),
-            ));
+            )));
         }
         let mut material = Material {
             name: lexer::name(&self.name),
@@ -134,19 +134,19 @@ impl MtlMaterial {
     }
 
     /// Ks, reduced with a notice where Kd and Ks reflect more light than falls in.
-    fn clamped_specular(&self, diffuse: Rgb, path: &Path, notices: &mut Vec<String>) -> Rgb {
+    fn clamped_specular(&self, diffuse: Rgb, path: &Path, notices: &mut Vec<Notice>) -> Rgb {
         let wanted = if self.illumination < 2 { [0.0; 3] } else { self.specular };
         let mut specular = wanted;
         for (ks, kd) in specular.iter_mut().zip(diffuse) {
             *ks = ks.min(1.0 - kd);
         }
         if specular != wanted {
-            notices.push(format!(
+            notices.push(Notice::new(NoticeCode::ClampedValue, format!(
                 "{}:{}: material {:?} reflects more than all light (Kd + Ks > 1): Ks reduced from {wanted:?} to {specular:?}",
                 path.display(),
                 self.line,
                 lexer::name(&self.name),
-            ));
+            )));
         }
         specular
     }
@@ -172,7 +172,7 @@ impl MtlMaterial {
 }
 
 /// The materials of an MTL file, in its order. Odd values are clamped or ignored, with a notice for each kind.
-pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<MtlMaterial>> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
     let mut odd = Diagnostics::default();
@@ -199,7 +199,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Res
     notices.extend(odd.into_notices(path));
     if !unused.is_empty() {
         let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
-        notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
+        notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{}: not used: {}", path.display(), keys.join(", "))));
     }
     Ok(materials)
 }
@@ -272,13 +272,15 @@ impl Statement<'_> {
                 Some(value) if value.fract() == 0.0 && (0.0..=10.0).contains(&value) => {
                     material.illumination = value as i64;
                 }
-                _ => self.note(odd, "a whole number of 0 to 10", "ignored"),
+                _ => self.note(NoticeCode::ReplacedValue, odd, "a whole number of 0 to 10", "ignored"),
             },
             b"ni" => match Words(self.rest).next().and_then(lexer::number) {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
                 // Several exporters write 0 for matter of unknown index.
                 Some(0.0) => {}
-                _ => self.note(odd, "a number from 0.001 to 10, or 0 for unknown", "ignored"),
+                _ => {
+                    self.note(NoticeCode::ReplacedValue, odd, "a number from 0.001 to 10, or 0 for unknown", "ignored")
+                }
             },
             _ => match MapRole::from_key(lower) {
                 Some(role) => {
@@ -294,10 +296,10 @@ impl Statement<'_> {
     }
 
     /// Notes a value that is not as expected, once for each key and each thing that is done with it.
-    fn note(&self, odd: &mut Diagnostics, expected: &str, done: &str) {
+    fn note(&self, code: NoticeCode, odd: &mut Diagnostics, expected: &str, done: &str) {
         let (key, value) = (String::from_utf8_lossy(self.key), lexer::for_message(lexer::trim(self.rest)));
         let message = format!("{key} is {value}, expected {expected}: {done}");
-        odd.note_kind(&format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
+        odd.note_kind(code, &format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
     /// The first number, clamped to a range; `None` where it is none.
@@ -306,11 +308,11 @@ impl Statement<'_> {
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
             Some(value) if range.contains(&value) => Some(value),
             Some(value) => {
-                self.note(odd, &expected, "clamped");
+                self.note(NoticeCode::ClampedValue, odd, &expected, "clamped");
                 Some(value.clamp(*range.start(), *range.end()))
             }
             None => {
-                self.note(odd, &expected, "ignored");
+                self.note(NoticeCode::ReplacedValue, odd, &expected, "ignored");
                 None
             }
         }
@@ -327,11 +329,11 @@ impl Statement<'_> {
             Some(&[grey]) => [grey; 3],
             Some(&[r, g, b]) => [r, g, b],
             Some(&[r, g, b, _]) => {
-                self.note(odd, &expected, "the fourth is ignored");
+                self.note(NoticeCode::ReplacedValue, odd, &expected, "the fourth is ignored");
                 [r, g, b]
             }
             _ => {
-                self.note(odd, &expected, "ignored");
+                self.note(NoticeCode::ReplacedValue, odd, &expected, "ignored");
                 return None;
             }
         };
@@ -341,10 +343,10 @@ impl Statement<'_> {
         }
         let bytes = |value: &f64| value.fract() == 0.0 && (0.0..=255.0).contains(value);
         if values.iter().all(bytes) && values.iter().any(|&value| value > 16.0) {
-            self.note(odd, &expected, "taken as 0 to 255");
+            self.note(NoticeCode::AssumedConvention, odd, &expected, "taken as 0 to 255");
             return Some(values.map(|value| (value / 255.0) as f32));
         }
-        self.note(odd, &expected, "clamped");
+        self.note(NoticeCode::ClampedValue, odd, &expected, "clamped");
         Some(values.map(|value| value.clamp(0.0, most) as f32))
     }
 
@@ -354,7 +356,7 @@ impl Statement<'_> {
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;
         if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
             let message = "Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible";
-            odd.note(Location::Line(self.line), message);
+            odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);
             return None;
         }
         Some(value)

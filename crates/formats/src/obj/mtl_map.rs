@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Texture, Wrap};
+use raycam_scene::{Notice, NoticeCode, Texture, Wrap};
 
 use crate::error::{Location, Result};
 use crate::image::texture;
@@ -63,7 +63,7 @@ impl MtlMap {
         library: &Path,
         color_use: ColorUse,
         assets: &mut AssetRoot,
-        notices: &mut Vec<String>,
+        notices: &mut Vec<Notice>,
     ) -> Result<Option<Texture>> {
         let wrap = if self.clamp { Wrap::Clamp } else { Wrap::Repeat };
         texture::optional_texture(library, &self.file, wrap, color_use, assets, notices)
@@ -87,13 +87,21 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
     for option in &given {
         let text = String::from_utf8_lossy(option.text);
         if !option.has_values {
-            odd.note(Location::Line(line), format!("{key}: option {text:?} without its value: not used"));
+            odd.note(
+                NoticeCode::ReplacedValue,
+                Location::Line(line),
+                format!("{key}: option {text:?} without its value: not used"),
+            );
         } else if !options.apply(&option.name, &option.values, role) {
-            odd.note(Location::Line(line), format!("{key} option {text:?} is not applied to the texture"));
+            odd.note(
+                NoticeCode::IgnoredKey,
+                Location::Line(line),
+                format!("{key} option {text:?} is not applied to the texture"),
+            );
         }
     }
     if rest.is_empty() {
-        odd.note(Location::Line(line), format!("{key} without a file name"));
+        odd.note(NoticeCode::ReplacedValue, Location::Line(line), format!("{key} without a file name"));
         return None;
     }
     // In the file v goes up: 1 - v' = s (1 - v) + o.

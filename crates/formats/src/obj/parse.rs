@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -35,7 +36,7 @@ pub(crate) struct Obj {
     pub(crate) groups: Vec<Vec<u8>>,
     /// By `mtllib`.
     pub(crate) libraries: Vec<Vec<u8>>,
-    pub(crate) notices: Vec<String>,
+    pub(crate) notices: Vec<Notice>,
 }
 
 /// Reads a file in pieces of about `size` bytes, in parallel.
@@ -196,8 +197,9 @@ impl ObjBuilder {
                 // Taken out of the file, or never written, by some programs; the shape is whole without them.
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
                 obj.polygons.drop_attribute(kind);
-                obj.notices.push(format!(
-                    "{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"
+                obj.notices.push(Notice::new(
+                    NoticeCode::ReplacedValue,
+                    format!("{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"),
                 ));
             } else if value > count as i64 {
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
@@ -211,28 +213,30 @@ impl ObjBuilder {
             return Err(FormatError::whole(path, message));
         }
         if let Some(last) = self.cut_line {
-            obj.notices.push(format!(
+            obj.notices.push(Notice::new(NoticeCode::TruncatedData, format!(
                 "{shown}:{last}: the last line has no line end and fewer words than the one before; the file may be cut off"
-            ));
+            )));
         }
         if self.colored > 0 {
             let without = obj.positions.len() - self.colored;
             if without > 0 {
-                obj.notices.push(format!("{shown}: {without} vertices without a colour are white"));
+                obj.notices.push(Notice::new(
+                    NoticeCode::MissingColors,
+                    format!("{shown}: {without} vertices without a colour are white"),
+                ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
         if let Some(line) = self.odd_color_line {
-            obj.notices.push(format!("{shown}:{line}: a vertex colour outside 0 to 1; {}", {
-                settle_colors(&mut obj.colors, self.color_bounds)
-            }));
+            let (code, what) = settle_colors(&mut obj.colors, self.color_bounds);
+            obj.notices.push(Notice::new(code, format!("{shown}:{line}: a vertex colour outside 0 to 1; {what}")));
         }
         if !self.polypaint.is_empty() {
             obj.notices.extend(polypaint(&mut obj.colors, &self.polypaint, obj.positions.len(), path));
         }
         obj.notices.extend(self.degenerate.notice(path));
         if let Some(ignored) = self.ignored.message() {
-            obj.notices.push(format!("{shown}: not used: {ignored}"));
+            obj.notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: not used: {ignored}")));
         }
         obj.notices.extend(self.odd.into_notices(path));
         Ok(obj)
@@ -240,10 +244,10 @@ impl ObjBuilder {
 }
 
 /// Makes colours with values outside 0..=1 linear, or removes them all; returns what was done.
-fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> &'static str {
+fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'static str) {
     if bounds.is_nearly_unit() {
         colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
-        return "clamped";
+        return (NoticeCode::ClampedValue, "clamped");
     }
     if bounds.is_bytes() {
         // Values up to 1 were made linear as those of the file.
@@ -251,20 +255,21 @@ fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> &'static str {
         for value in colors.as_flattened_mut() {
             *value = linear_from_srgb(in_file(*value) / 255.0);
         }
-        return "all vertex colours of the file are taken as 0 to 255";
+        return (NoticeCode::AssumedConvention, "all vertex colours of the file are taken as 0 to 255");
     }
     colors.clear();
-    "all vertex colours of the file are ignored"
+    (NoticeCode::IgnoredColors, "all vertex colours of the file are ignored")
 }
 
 /// Uses the colours that ZBrush wrote in comments, where there is one for each vertex and no other; the notice otherwise.
-fn polypaint(colors: &mut Vec<Rgb>, paint: &[[u8; 3]], vertices: usize, path: &Path) -> Option<String> {
+fn polypaint(colors: &mut Vec<Rgb>, paint: &[[u8; 3]], vertices: usize, path: &Path) -> Option<Notice> {
     if colors.is_empty() && paint.len() == vertices {
         colors.extend(paint.iter().map(|&color| linear_from_srgb8(color)));
         return None;
     }
     let (path, count) = (path.display(), paint.len());
-    Some(format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are not used"))
+    let message = format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are not used");
+    Some(Notice::new(NoticeCode::IgnoredColors, message))
 }
 
 fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {

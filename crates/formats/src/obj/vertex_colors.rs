@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Material, MaterialModel, MeshFile};
+use raycam_scene::{Material, MaterialModel, MeshFile, Notice, NoticeCode};
 
 use crate::geometry::colors;
 
@@ -31,7 +31,10 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     }
     let shown = path.display();
     if hidden > 0 {
-        model.notices.push(format!("{shown}: vertex colours are not used where an image is: {hidden} faces"));
+        model.notices.push(Notice::new(
+            NoticeCode::IgnoredColors,
+            format!("{shown}: vertex colours are not used where an image is: {hidden} faces"),
+        ));
     }
     let mut whitened = 0;
     for (index, [by_colored, by_others]) in used.into_iter().enumerate() {
@@ -52,7 +55,10 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
         }
     }
     if whitened > 0 {
-        model.notices.push(format!("{shown}: vertex colours are used in the place of Kd and Ks: {whitened} materials"));
+        model.notices.push(Notice::new(
+            NoticeCode::IgnoredColors,
+            format!("{shown}: vertex colours are used in the place of Kd and Ks: {whitened} materials"),
+        ));
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use raycam_scene::{Message, Notice, NoticeCode};
+
 use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
@@ -53,7 +55,7 @@ impl<'a> Body<'a> {
     }
 
     /// An error at the current position.
-    pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
+    pub(crate) fn error(&self, message: impl Into<Message>) -> FormatError {
         match self.source {
             RowSource::Text { line, .. } => FormatError::line(self.path, line, message),
             RowSource::Binary { at, .. } => FormatError::byte(self.path, at, message),
@@ -165,25 +167,34 @@ impl<'a> Body<'a> {
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.
-    pub(crate) fn notices(mut self) -> Vec<String> {
+    pub(crate) fn notices(mut self) -> Vec<Notice> {
         let path = self.path.display();
         let mut notices = Vec::new();
         match &mut self.source {
             RowSource::Text { lines, long, .. } => {
                 if let Some((count, first)) = long {
-                    notices.push(format!(
-                        "{path}: rows go on after the values that the header declares; the rest is not used: \
+                    notices.push(Notice::new(
+                        NoticeCode::TrailingData,
+                        format!(
+                            "{path}: rows go on after the values that the header declares; the rest is not used: \
                          {count}, the first in line {first}"
+                        ),
                     ));
                 }
                 if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
-                    notices.push(format!("{path}: the lines after the last row are not used"));
+                    notices.push(Notice::new(
+                        NoticeCode::TrailingData,
+                        format!("{path}: the lines after the last row are not used"),
+                    ));
                 }
             }
             RowSource::Binary { bytes, at, .. } => {
                 let left = bytes.len() - *at;
                 if left > 0 {
-                    notices.push(format!("{path}: {left} bytes after the last row are not used"));
+                    notices.push(Notice::new(
+                        NoticeCode::TrailingData,
+                        format!("{path}: {left} bytes after the last row are not used"),
+                    ));
                 }
             }
         }

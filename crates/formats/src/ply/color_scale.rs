@@ -3,6 +3,7 @@
 //! Whole numbers are sRGB, of 8 bits or, as ushort, 16; floating-point numbers are linear, 0..=1. Files of other scales are
 //! common: ushort and float of 0..=255.
 
+use raycam_scene::NoticeCode;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 
 use crate::ply::scalar::ScalarType;
@@ -54,18 +55,18 @@ impl PlyColors {
     }
 
     /// Linear colours, and true if some are translucent; no colours where they cannot be read. `note` gets the notices.
-    pub(crate) fn settle(self, mut note: impl FnMut(String)) -> (Option<Vec<Rgb>>, bool) {
+    pub(crate) fn settle(self, mut note: impl FnMut(NoticeCode, String)) -> (Option<Vec<Rgb>>, bool) {
         let Some(Scale { white, linear, guess }) = self.scale() else {
-            note("colours of an unknown scale are ignored".into());
+            note(NoticeCode::IgnoredColors, "colours of an unknown scale are ignored".into());
             return (None, false);
         };
         if let Some(guess) = guess {
-            note(guess.into());
+            note(NoticeCode::AssumedConvention, guess.into());
         }
         let numbers = self.values.as_flattened();
         let odd = numbers.iter().filter(|value| !(0.0..=white).contains(*value)).count();
         if odd > 0 {
-            note(format!("values of colours outside 0 to {white} are clamped: {odd}"));
+            note(NoticeCode::ClampedValue, format!("values of colours outside 0 to {white} are clamped: {odd}"));
         }
         let value = |value: f64| {
             // NaN becomes 0.

@@ -20,7 +20,7 @@ use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, MeshFile};
+use raycam_scene::{Mesh, MeshFile, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::colors;
@@ -100,7 +100,7 @@ struct Ply<'a> {
     /// Columns and elements that are not used.
     unused: Vec<String>,
     degenerate: DegenerateFaces,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
 }
 
 impl<'a> Ply<'a> {
@@ -203,7 +203,7 @@ impl<'a> Ply<'a> {
             }
         }
         let odd = &mut self.odd;
-        let settled = colors.map(|colors| colors.settle(|message| odd.note("faces", message)));
+        let settled = colors.map(|colors| colors.settle(|code, message| odd.note(code, "faces", message)));
         let (colors, translucent) = settled.unwrap_or_default();
         self.translucent |= translucent;
         self.images = images;
@@ -262,27 +262,36 @@ impl<'a> Ply<'a> {
             return Err(FormatError::whole(path, "more than one element vertex"));
         }
         if self.translucent {
-            self.notices.push(format!("{}: its transparency is dropped", path.display()));
+            self.notices.push(Notice::new(
+                NoticeCode::IgnoredTransparency,
+                format!("{}: its transparency is dropped", path.display()),
+            ));
         }
         let images = self.cut_polygons(assets)?;
-        let mut notes: Vec<String> = colors::choose(&mut self.mesh).into_iter().map(String::from).collect();
+        let mut notes: Vec<Notice> = colors::choose(&mut self.mesh).into_iter().collect();
         let filled = directionless::fill_normals(&mut self.mesh);
         if filled > 0 {
-            notes.push(format!("normals without a direction are those of the faces: {filled}"));
+            notes.push(Notice::new(
+                NoticeCode::ReplacedValue,
+                format!("normals without a direction are those of the faces: {filled}"),
+            ));
         }
-        self.notices.extend(notes.into_iter().map(|note| format!("{}: {note}", path.display())));
+        self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));
         let textured = self.mesh.uvs.is_some();
         let mut model = MeshFile::from_mesh(self.mesh, self.notices);
         if textured {
             textures::add(path, &header.textures, images, assets, &mut model)?;
         } else if !header.textures.is_empty() {
             let message = "its images are not used: there are no texture coordinates";
-            model.notices.push(format!("{}: {message}", path.display()));
+            model.notices.push(Notice::new(NoticeCode::IgnoredElement, format!("{}: {message}", path.display())));
         }
         model.notices.extend(self.odd.into_notices(path));
         if !self.unused.is_empty() {
             self.unused.truncate(32);
-            model.notices.push(format!("{}: not used: {}", path.display(), self.unused.join(", ")));
+            model.notices.push(Notice::new(
+                NoticeCode::IgnoredKey,
+                format!("{}: not used: {}", path.display(), self.unused.join(", ")),
+            ));
         }
         Ok(model)
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Material, MeshFile, TextureSlot, Wrap};
+use raycam_scene::{Material, MeshFile, Notice, NoticeCode, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::geometry::colors;
@@ -29,7 +29,10 @@ pub(crate) fn add(
     };
     if used < names.len() {
         let message = if numbers.is_some() { "used" } else { "used: faces have no texnumber" };
-        model.notices.push(format!("{shown}: several images; only the first {used} of {} is {message}", names.len()));
+        model.notices.push(Notice::new(
+            NoticeCode::FirstOnly,
+            format!("{shown}: several images; only the first {used} of {} is {message}", names.len()),
+        ));
     }
     if used == 0 {
         return Ok(());
@@ -54,9 +57,10 @@ pub(crate) fn add(
         let slots: Vec<usize> = numbers.iter().map(slot).collect();
         let without = slots.iter().filter(|slot| **slot == used).count();
         if without > 0 {
-            model
-                .notices
-                .push(format!("{shown}: faces whose texnumber is that of no image are without one: {without}"));
+            model.notices.push(Notice::new(
+                NoticeCode::ReplacedValue,
+                format!("{shown}: faces whose texnumber is that of no image are without one: {without}"),
+            ));
             materials.push(plain);
         }
         if materials.len() > 1 {
@@ -67,7 +71,10 @@ pub(crate) fn add(
     let textured: Vec<bool> = materials.iter().map(|material: &Material| material.texture.is_some()).collect();
     let hidden = colors::hide_below_images(&mut part.mesh, &textured);
     if hidden > 0 {
-        model.notices.push(format!("{shown}: its colours are not used where an image is: {hidden} faces"));
+        model.notices.push(Notice::new(
+            NoticeCode::IgnoredColors,
+            format!("{shown}: its colours are not used where an image is: {hidden} faces"),
+        ));
     }
     model.materials = materials;
     Ok(())

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use raycam_scene::NoticeCode;
 use raycam_scene::color::Rgb;
 
 use crate::error::{FormatError, Result};
@@ -88,7 +89,7 @@ fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>, odd: &mu
             uvs.push(uv(body, row.numbers[U as usize], row.numbers[V as usize], odd));
         }
     }
-    let settled = colors.map(|colors| colors.settle(|message| odd.note("vertices", message)));
+    let settled = colors.map(|colors| colors.settle(|code, message| odd.note(code, "vertices", message)));
     let (colors, translucent) = settled.unwrap_or_default();
     Ok(PlyVertices { positions, normals, colors, uvs, translucent })
 }
@@ -107,7 +108,7 @@ fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
 pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64, odd: &mut Diagnostics) -> [f32; 2] {
     flipped_uv(u, v).unwrap_or_else(|| {
         let message = format!("texture coordinate ({u}, {v}) is not finite: taken as (0, 0)");
-        odd.note_kind("uv", body.location(), message);
+        odd.note_kind(NoticeCode::ReplacedValue, "uv", body.location(), message);
         [0.0, 1.0]
     })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raycam_formats::{Budget, bundle, world_file};
-use raycam_scene::{Image, Material, Texels, Texture, TextureSampler, TextureSlot, World};
+use raycam_scene::{Image, Material, Notice, NoticeCode, Texels, Texture, TextureSampler, TextureSlot, World};
 
 const WORLD: &str = r##"
 up = "y"
@@ -61,7 +61,7 @@ fn world() -> World {
         let texture = world.add_texture(Texture { image: image.clone(), sampler });
         world.add_material(Material { texture: Some(TextureSlot::plain(texture)), ..Material::default() }).unwrap();
     }
-    world.notices.push("read from /somewhere/else".into());
+    world.notices.push(Notice::new(NoticeCode::SubstitutedFile, "read from /somewhere/else"));
     world
 }
 

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use raycam_formats::{Budget, decode_model, read_model};
 
-use crate::support::{area, data, error, mesh, message, model, mutations, truncations};
+use crate::support::{area, data, error, mesh, message, model, mutations, texts, truncations};
 
 const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
@@ -37,7 +37,7 @@ fn whole_colours_are_srgb_and_fractions_linear() {
     assert_eq!(colors("3 0 1 2 1 0 0\n3 0 2 3 0 1 0\n"), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let some = model("a.off", format!("OFF\n4 2 0\n{SQUARE}3 0 1 2 1.0 0 0 0.5\n3 0 2 3 7\n"));
     assert_eq!(some.parts[0].mesh.face_colors.as_ref().unwrap()[1], [1.0; 3]);
-    let notices = some.notices.join("\n");
+    let notices = texts(&some.notices).join("\n");
     assert!(
         notices.contains("1 faces with a colour map index") && notices.contains("transparency of 1 faces"),
         "{notices}"
@@ -56,7 +56,7 @@ fn faces_of_one_or_two_corners_are_skipped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(read.notices[0].ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
+    assert!(read.notices[0].message.ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn colours_of_other_scales_are_told() {
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");
-        assert!(model.notices[0].contains(said), "{:?}", model.notices);
+        assert!(model.notices[0].message.contains(said), "{:?}", model.notices);
     }
 }
 
@@ -158,7 +158,7 @@ fn one_of_two_sources_of_colour_is_used() {
     let model = model("a.off", format!("COFF\n4 1 0\n{vertices}4 0 1 2 3 200 120 40\n"));
     let mesh = &model.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(model.notices, ["a.off: vertex and face colours: those of the vertices are used"]);
+    assert_eq!(texts(&model.notices), ["a.off: vertex and face colours: those of the vertices are used"]);
 }
 
 #[test]

@@ -3,7 +3,9 @@ use std::fs;
 use raycam_formats::encode::png;
 use raycam_formats::{Budget, read_model};
 
-use crate::support::{area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area};
+use crate::support::{
+    area, data, error, folder, mesh, message, model, mutations, rgb, texts, truncations, vector_area,
+};
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                       element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -156,7 +158,7 @@ fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
                 let faces: [&[i32]; 4] = [two[0], &[2, 3], &[1], two[1]];
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
-                let said = &thin.notices[0];
+                let said = &thin.notices[0].message;
                 let expected = "faces of fewer than 3 corners are skipped: 2, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
@@ -232,7 +234,7 @@ fn rows_that_go_on_are_told_and_cut() {
     assert_eq!(long.parts[0].mesh, plain.parts[0].mesh);
     let expected = "a.ply: rows go on after the values that the header declares; the rest is not used: 4, \
                     the first in line 10";
-    assert_eq!((plain.notices.len(), long.notices), (0, vec![expected.to_owned()]));
+    assert_eq!((plain.notices.len(), texts(&long.notices)), (0, vec![expected.to_owned()]));
 }
 
 #[test]
@@ -292,7 +294,7 @@ fn colored(kind: &str, rows: [&str; 3]) -> (Vec<[f32; 3]>, Vec<String>) {
         rows[0], rows[1], rows[2]
     );
     let model = model("a.ply", text);
-    (model.parts[0].mesh.vertex_colors.clone().unwrap_or_default(), model.notices)
+    (model.parts[0].mesh.vertex_colors.clone().unwrap_or_default(), texts(&model.notices))
 }
 
 #[test]
@@ -337,11 +339,11 @@ fn one_of_two_sources_of_colour_is_used() {
     let both = model("a.ply", text(["200 120 40", "0 0 0", "9 9 9"], "200 120 40"));
     let mesh = &both.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(both.notices, ["a.ply: vertex and face colours: those of the vertices are used"]);
+    assert_eq!(texts(&both.notices), ["a.ply: vertex and face colours: those of the vertices are used"]);
     let faces = model("a.ply", text(["255 255 255"; 3], "200 120 40"));
     let mesh = &faces.parts[0].mesh;
     assert!(mesh.vertex_colors.is_none() && mesh.face_colors.is_some());
-    assert_eq!(faces.notices, ["a.ply: vertex and face colours: those of the faces are used"]);
+    assert_eq!(texts(&faces.notices), ["a.ply: vertex and face colours: those of the faces are used"]);
 }
 
 #[test]
@@ -371,7 +373,7 @@ fn each_image_is_a_material_of_its_own() {
     let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
     assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));
     for said in ["texnumber is that of no image are without one: 1", "its colours are not used where an image is: 3"] {
-        assert!(model.notices.iter().any(|notice| notice.contains(said)), "{:?}", model.notices);
+        assert!(model.notices.iter().any(|notice| notice.message.contains(said)), "{:?}", model.notices);
     }
     mesh.validate().unwrap();
 }
@@ -385,8 +387,8 @@ fn what_is_not_used_is_named() {
     let notices = model("a.ply", text).notices;
     let expected = "a.ply: not used: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
                     element edge (1 rows)";
-    assert_eq!(notices[1], expected);
-    assert!(notices[0].contains("its images are not used: there are no texture coordinates"), "{notices:?}");
+    assert_eq!(notices[1].message, expected);
+    assert!(notices[0].message.contains("its images are not used: there are no texture coordinates"), "{notices:?}");
 }
 
 #[test]
@@ -405,7 +407,7 @@ fn normals_without_a_direction_are_those_of_the_faces() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(used.notices, ["a.ply: normals without a direction are those of the faces: 1"]);
+        assert_eq!(texts(&used.notices), ["a.ply: normals without a direction are those of the faces: 1"]);
     }
 }
 
@@ -413,7 +415,7 @@ fn normals_without_a_direction_are_those_of_the_faces() {
 fn a_vertex_that_is_not_finite_and_not_used_changes_nothing() {
     let model = model("a.ply", ascii("0 0 0\n1 0 0\n0 1 0\nnan 0 inf\n3 0 1 2\n"));
     assert_eq!(area(&model.parts[0].mesh), 0.5);
-    assert_eq!(model.notices, ["a.ply: vertices that are not finite, and that no face uses: 1"]);
+    assert_eq!(texts(&model.notices), ["a.ply: vertices that are not finite, and that no face uses: 1"]);
 }
 
 #[test]
@@ -424,5 +426,5 @@ fn damage_is_never_silent_and_never_fatal() {
         mutations("a.ply", &bytes, 20_000);
     }
     let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
-    assert!(model("a.ply", extra).notices[0].contains("4 bytes after the last row are not used"));
+    assert!(model("a.ply", extra).notices[0].message.contains("4 bytes after the last row are not used"));
 }

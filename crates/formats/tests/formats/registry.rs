@@ -231,7 +231,11 @@ fn large_files_hold_the_same_in_memory_and_on_disk() {
         let bytes = make(f32::NAN);
         let path = file(name, &bytes);
         let odd = load(&path, &Budget::default()).unwrap();
-        assert!(odd.notices.iter().any(|notice| notice.contains("not finite are left out")), "{:?}", odd.notices);
+        assert!(
+            odd.notices.iter().any(|notice| notice.message.contains("not finite are left out")),
+            "{:?}",
+            odd.notices
+        );
         assert!(odd.meshes[0].triangles.len() < read.meshes[0].triangles.len(), "{name}");
         assert!(odd.meshes[0].vertices.iter().all(|vertex| vertex.is_finite()), "{name}");
         let decoded = decode(bytes, &path, &Budget::default()).unwrap();

@@ -1,6 +1,6 @@
 use raycam_formats::{Budget, load, read_model};
 
-use crate::support::{area, data, error, mesh, model, mutations, truncations, vector_area};
+use crate::support::{area, data, error, mesh, model, mutations, texts, truncations, vector_area};
 
 const FACES: [[[f32; 3]; 3]; 4] = [
     [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
@@ -55,11 +55,11 @@ fn the_length_is_trusted_over_the_number() {
     for count in [0, u32::MAX, 2] {
         let model = model("a.stl", binary(count));
         assert_eq!(model.parts[0].mesh.triangles.len(), 4);
-        assert!(model.notices[0].contains(&format!("{count} facets declared, 4 found and used")));
+        assert!(model.notices[0].message.contains(&format!("{count} facets declared, 4 found and used")));
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);
-    assert!(padded.notices[0].contains("7 bytes after the last facet are not used"), "{:?}", padded.notices);
+    assert!(padded.notices[0].message.contains("7 bytes after the last facet are not used"), "{:?}", padded.notices);
     assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: 5 facets declared, but the file ends after 4");
 }
 
@@ -79,7 +79,7 @@ fn bad_files_are_told_with_line_or_byte() {
     bytes[84 + 50 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let left = model("a.stl", bytes);
     assert_eq!(left.parts[0].mesh.triangles.len(), 3);
-    assert_eq!(left.notices, ["a.stl: faces with vertices that are not finite are left out: 1"]);
+    assert_eq!(texts(&left.notices), ["a.stl: faces with vertices that are not finite are left out: 1"]);
     let left = model("a.stl", text.replacen("vertex 0 0e0 0", "vertex 0 inf 0", 1));
     assert_eq!((left.parts[0].mesh.triangles.len(), left.notices.len()), (3, 1));
     assert_eq!(error("a.stl", "solid a\nendsolid a\n"), "a.stl: no facets: nothing to see");
@@ -105,7 +105,7 @@ fn colored(header: &str, attributes: [u16; 4]) -> (Option<Vec<[f32; 3]>>, Vec<St
         bytes[84 + 50 * facet + 48..][..2].copy_from_slice(&attribute.to_le_bytes());
     }
     let model = model("a.stl", bytes);
-    (model.parts[0].mesh.face_colors.clone(), model.notices)
+    (model.parts[0].mesh.face_colors.clone(), texts(&model.notices))
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use raycam_formats::{Budget, FormatError, decode_model};
-use raycam_scene::{Mesh, MeshFile, Texels, Texture};
+use raycam_scene::{Mesh, MeshFile, Notice, NoticeCode, Texels, Texture};
 
 /// A new empty folder.
 pub fn folder() -> PathBuf {
@@ -70,15 +70,15 @@ pub fn vector_area(mesh: &Mesh) -> DVec3 {
     mesh.triangles.iter().map(triangle).sum::<DVec3>() / 2.0
 }
 
-/// Every beginning of a file that is not the whole: an error, or the same as the whole, or a notice that it may be cut or that a face is.
+/// Every beginning of a file is an error, equal to the whole, or has a notice that data or faces are missing.
 /// `may_end` are the lengths at which a text without counts may end unnoticed.
 pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
     let whole = decode(name, bytes).unwrap();
     for length in 0..bytes.len() {
         if let Ok(model) = decode(name, &bytes[..length]) {
-            let words = ["cut off", "fewer than 3 corners"];
-            let told = model.notices.iter().any(|notice| words.iter().any(|words| notice.contains(words)));
-            assert!(told || model == whole || may_end(length), "{name}: {length} bytes of {}", bytes.len());
+            let codes = [NoticeCode::TruncatedData, NoticeCode::DroppedGeometry];
+            let is_reported = model.notices.iter().any(|notice| codes.contains(&notice.code));
+            assert!(is_reported || model == whole || may_end(length), "{name}: {length} bytes of {}", bytes.len());
         }
     }
 }
@@ -115,4 +115,9 @@ pub fn rgb(texture: &Texture) -> Vec<[u8; 3]> {
         Texels::Srgb8(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
         other => panic!("{other:?}"),
     }
+}
+
+/// Texts of notices.
+pub fn texts(notices: &[Notice]) -> Vec<String> {
+    notices.iter().map(Notice::to_string).collect()
 }

@@ -42,7 +42,7 @@ pub fn amodal_masks(
     let world = view.world;
     let count = world.geometry.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
-        return Err(RenderError::Settings(format!("object {object} does not exist; the world has {count} objects")));
+        return Err(RenderError::settings(format!("object {object} does not exist; the world has {count} objects")));
     }
     let camera = &world.geometry.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
@@ -132,7 +132,7 @@ impl<'a> IsolatedObject<'a> {
         let placed = &world.geometry.instances[object];
         let instance = placed.bvh_instance(world.geometry.origin);
         let scene = Scene::build(vec![instance], world.geometry.origin.to_array())
-            .map_err(|error| RenderError::World(error.to_string()))?;
+            .map_err(|error| RenderError::world(error.to_string()))?;
         let [lower, upper] = [placed.mesh.lower, placed.mesh.upper];
         let center = placed.world_from_mesh.transform_point3(lower + (upper - lower) / 2.0);
         let corner = |i: u32| {

@@ -106,7 +106,7 @@ pub fn flow(
 }
 
 fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderError> {
-    let fail = |message| Err(RenderError::World(message));
+    let fail = |message| Err(RenderError::world(message));
     let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
         return fail(format!("flow needs the same objects in both worlds; the first has {a}, the second {b}"));

@@ -163,7 +163,7 @@ pub fn keypoints(
 }
 
 fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), RenderError> {
-    let fail = |message: String| Err(RenderError::Settings(format!("point {i}: {message}")));
+    let fail = |message: String| Err(RenderError::settings(format!("point {i}: {message}")));
     let Some(number) = anchor.object() else {
         return Ok(());
     };

@@ -1,5 +1,7 @@
 //! Frames: the channels of a rendered region, and merging of disjoint regions.
 
+use raycam_scene::Notice;
+
 use crate::error::RenderError;
 use crate::film::channel::Channel;
 use crate::film::image_plane::ImagePlane;
@@ -16,7 +18,7 @@ pub struct Frame {
     /// Channels in the requested order.
     pub planes: Vec<(Channel, ImagePlane)>,
     /// Remarks for the user about this frame.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
 }
 
 impl Frame {
@@ -32,7 +34,7 @@ impl Frame {
     /// [`RenderError::Settings`] if there are no parts, or parts of different images or channels, or parts that
     /// overlap or leave gaps.
     pub fn merge(parts: Vec<Frame>) -> Result<Frame, RenderError> {
-        let fail = |message: &str| Err(RenderError::Settings(message.into()));
+        let fail = |message: &str| Err(RenderError::settings(message));
         let Some(first) = parts.first() else {
             return fail("no frames to merge");
         };
@@ -48,7 +50,7 @@ impl Frame {
             return fail("regions of the frames to merge overlap or leave gaps");
         };
         let mut planes = with_pool(None, || allocate_planes(region, &channels))??;
-        let mut notices: Vec<String> = vec![];
+        let mut notices: Vec<Notice> = vec![];
         for part in parts {
             for ((_, to), (_, from)) in planes.iter_mut().zip(&part.planes) {
                 if !to.paste(region, from, part.region) {

@@ -37,6 +37,7 @@ pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
 
 use glam::Vec3;
+use raycam_scene::{Notice, NoticeCode};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -152,7 +153,7 @@ fn has_solid_glass(world: &PreparedWorld) -> bool {
 }
 
 /// Notices about an image of a world.
-pub(crate) fn notices(integrator: Integrator, world: &PreparedWorld) -> Vec<String> {
+pub(crate) fn notices(integrator: Integrator, world: &PreparedWorld) -> Vec<Notice> {
     let mut notices = Vec::new();
     if !needs_light(integrator) {
         return notices;
@@ -163,16 +164,15 @@ pub(crate) fn notices(integrator: Integrator, world: &PreparedWorld) -> Vec<Stri
             true => " except emissive surfaces",
             false => "",
         };
-        notices.push(format!(
+        let message = format!(
             "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
-        ));
+        );
+        notices.push(Notice::new(NoticeCode::DefaultLights, message));
     }
     if integrator == Integrator::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
-        notices.push(
-            "lamps and suns without a size do not shine through solid glass, so surfaces behind it are \
-             too dark; set radius (lamps) or angular_diameter (suns; Earth's sun: 0.53) to light them"
-                .into(),
-        );
+        let message = "lamps and suns without a size do not shine through solid glass, so surfaces behind it are \
+                       too dark; set radius (lamps) or angular_diameter (suns; Earth's sun: 0.53) to light them";
+        notices.push(Notice::new(NoticeCode::GlassBlocksLight, message));
     }
     notices
 }

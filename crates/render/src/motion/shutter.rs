@@ -148,7 +148,7 @@ impl<'a> ShutterSlices<'a> {
                 if taken.fetch_add(deforming, Ordering::Relaxed) + deforming <= ROW_WORLDS_MAX_BYTES {
                     return Ok(then);
                 }
-                Err(RenderError::World(format!(
+                Err(RenderError::world(format!(
                     "flow to a rolling shutter of {count} lines in a moving world needs too much memory: its {} objects, and \
                      their deforming meshes, take about {} MiB per line, the limit for all lines is 2 GiB; use a second \
                      camera with fewer lines or without a readout, or a world that does not move",
@@ -178,7 +178,7 @@ impl<'a> ShutterSlices<'a> {
     fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
         let clock = WorldTime { time: self.clock.time + since_middle, ..self.clock };
         let world = self.world.at_time(clock);
-        world.map_err(|error| RenderError::World(error.to_string()))
+        world.map_err(|error| RenderError::world(error))
     }
 
     fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {

@@ -242,9 +242,9 @@ pub(crate) fn build_scene(
     let instances = instances.iter().map(|object| object.bvh_instance(origin));
     Scene::build_over(leaves, instances.collect(), origin.to_array()).map_err(|error| match error {
         BuildError::NonFinite { what } => {
-            RenderError::World(format!("coordinates of {what} exceed float32; keep them below 1e30"))
+            RenderError::world(format!("coordinates of {what} exceed float32; keep them below 1e30"))
         }
-        other => RenderError::World(other.to_string()),
+        other => RenderError::world(other.to_string()),
     })
 }
 

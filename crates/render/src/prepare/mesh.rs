@@ -116,7 +116,7 @@ pub(crate) fn prepare_meshes(
 
 impl PreparedMesh {
     fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
-        mesh.validate().map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        mesh.validate().map_err(|error| RenderError::world(format!("mesh {index}: {error}")))?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = rounded_center(lower, upper);
         let bvh = build_bvh(index, &mesh, center, DMat3::IDENTITY)?;

@@ -50,7 +50,7 @@ pub(crate) fn prepare_textures(
     let prepare = |texture: &Arc<Texture>| match known.built_of(texture) {
         Some(known) => Ok(known),
         None => {
-            texture.validate().map_err(|error| RenderError::World(error.to_string()))?;
+            texture.validate().map_err(|error| RenderError::world(error))?;
             Ok(Arc::new(PreparedTexture::new(texture.clone())))
         }
     };

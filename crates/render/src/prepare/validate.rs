@@ -7,8 +7,8 @@ use crate::error::RenderError;
 /// Checks that every index is in range and that materials and places are valid. Meshes, textures and lights are checked
 /// when they are first prepared.
 pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
-    let fail = |message: String| Err(RenderError::World(message));
-    let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());
+    let fail = |message: String| Err(RenderError::world(message));
+    let invalid = |error: raycam_scene::SceneError| RenderError::world(error);
     for (i, material) in world.materials.iter().enumerate() {
         material.validate().map_err(invalid)?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= world.textures.len()) {

@@ -125,6 +125,11 @@ impl PreparedWorld {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }
 
+    /// True if the world has no lights, so that the default sky and sun light it.
+    pub fn lit_by_default_lights(&self) -> bool {
+        self.lighting().default_lights.is_some()
+    }
+
     /// True if the lights are prepared, by an image of this world or of another world with the same lights.
     pub fn has_lighting(&self) -> bool {
         self.lighting.is_made()

@@ -34,7 +34,7 @@ pub struct PointArrays<'a> {
 impl PointArrays<'_> {
     fn check(&self, geometry: &Geometry) -> Result<(), RenderError> {
         let (n, limits) = (self.points.len(), self.max_distance.len());
-        let fail = |message| Err(RenderError::Settings(message));
+        let fail = |message| Err(RenderError::settings(message));
         if limits != 1 && limits != n {
             return fail(format!("{limits} values of max_distance for {n} points; expected 1 or {n}"));
         }

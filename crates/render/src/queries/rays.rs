@@ -47,24 +47,24 @@ impl RayArrays<'_> {
     pub(super) fn check(&self, world: &PreparedWorld) -> Result<(), RenderError> {
         let (o, d) = (self.origins.len(), self.directions.len());
         if o != d {
-            return Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")));
+            return Err(RenderError::settings(format!("{o} origins and {d} directions; expected one of each per ray")));
         }
         for (name, values) in [("t_min", self.t_min), ("t_max", self.t_max)] {
             if values.len() != 1 && values.len() != o {
                 let given = values.len();
-                return Err(RenderError::Settings(format!("{given} values of {name} for {o} rays; expected 1 or {o}")));
+                return Err(RenderError::settings(format!("{given} values of {name} for {o} rays; expected 1 or {o}")));
             }
             if let Some(at) = values.iter().position(|t| t.is_nan()) {
-                return Err(RenderError::Settings(format!("{name}[{at}] is NaN; expected a number or an infinity")));
+                return Err(RenderError::settings(format!("{name}[{at}] is NaN; expected a number or an infinity")));
             }
         }
         if self.kernel != Kernel::Exact && self.t_min.iter().any(|t| *t != 0.0) {
             let message = "t_min requires the exact kernel; omit exact=False, or move the origins";
-            return Err(RenderError::Settings(message.into()));
+            return Err(RenderError::settings(message));
         }
         if self.kernel != Kernel::Exact && !self.selection.is_everything() {
             let message = "objects, skip, facing and surface require the exact kernel; omit exact=False";
-            return Err(RenderError::Settings(message.into()));
+            return Err(RenderError::settings(message));
         }
         self.selection.check(world.geometry.instances.len(), o)
     }

@@ -47,7 +47,7 @@ impl Selection<'_> {
     }
 
     pub(super) fn check(&self, objects: usize, rays: usize) -> Result<(), RenderError> {
-        let fail = |message: String| Err(RenderError::Settings(message));
+        let fail = |message: String| Err(RenderError::settings(message));
         if let Some(mask) = self.objects.filter(|mask| mask.len() != objects) {
             return fail(format!(
                 "the object mask has {} entries; expected one for each of the {objects} objects",

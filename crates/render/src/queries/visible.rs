@@ -37,14 +37,14 @@ pub fn visible(
 ) -> Result<Vec<bool>, RenderError> {
     let (n, other) = (pairs.from.len(), pairs.to.len());
     if n != other {
-        return Err(RenderError::Settings(format!(
+        return Err(RenderError::settings(format!(
             "{n} first points and {other} second points given; expected as many of each"
         )));
     }
     // False for a margin that is NaN.
     let is_valid = pairs.margin >= 0.0;
     if !is_valid {
-        return Err(RenderError::Settings(format!("margin is {}; expected 0 or more", pairs.margin)));
+        return Err(RenderError::settings(format!("margin is {}; expected 0 or more", pairs.margin)));
     }
     pairs.selection.check(world.geometry.instances.len(), n)?;
     let geometry = &world.geometry;

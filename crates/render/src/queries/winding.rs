@@ -149,7 +149,7 @@ pub(super) fn chosen_objects(geometry: &Geometry, objects: Option<&[bool]>) -> R
     if let Some(mask) = objects.filter(|mask| mask.len() != count) {
         let message =
             format!("the object mask has {} entries; expected one for each of the {count} objects", mask.len());
-        return Err(RenderError::Settings(message));
+        return Err(RenderError::settings(message));
     }
     let counts = |&i: &usize| geometry.instances[i].is_visible && objects.is_none_or(|mask| mask[i]);
     Ok((0..count).filter(counts).collect())

@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, INVALID_ID, Ray, Scene};
-use raycam_scene::Camera;
+use raycam_scene::{Camera, Notice};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -179,7 +179,7 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// Appends remarks about the samples for the user.
-    pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
+    pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<Notice>) {
         let pixels = u64::from(width) * u64::from(height);
         let pilot = self.plan.map(|plan| plan.pilot_samples);
         self.stats.notices(self.settings, pilot, pixels, notices);

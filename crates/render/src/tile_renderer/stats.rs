@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::film::estimator::PixelEstimator;
 use crate::settings::Settings;
 
@@ -31,32 +33,33 @@ impl RenderStats {
     }
 
     /// Appends notices about the samples of an image of this many pixels; `pilot` is the pilot's mean number of samples.
-    pub fn notices(&self, settings: &Settings, pilot: Option<u64>, pixels: u64, notices: &mut Vec<String>) {
+    pub fn notices(&self, settings: &Settings, pilot: Option<u64>, pixels: u64, notices: &mut Vec<Notice>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {
             let mean = of(&self.samples) / pixels;
-            let mut notice = format!(
+            let message = format!(
                 "noise_threshold = {noise} took {mean} samples per pixel on average, and {pilot} to choose their number"
             );
-            if of(&self.noisy_pixels) > 0 {
-                notice += &format!(
-                    "; {} pixels are still noisier after the maximum of samples = {}",
-                    of(&self.noisy_pixels),
-                    settings.samples
-                );
+            notices.push(Notice::new(NoticeCode::SamplesUsed, message));
+            let noisy = of(&self.noisy_pixels);
+            if noisy > 0 {
+                let limit = settings.samples;
+                let message =
+                    format!("{noisy} pixels are still noisier than noise_threshold = {noise} after samples = {limit}");
+                notices.push(Notice::new(NoticeCode::NoiseLeft, message));
             }
-            notices.push(notice);
         }
         if of(&self.rejected) > 0 {
-            notices.push(format!("{} samples exceed float32 and are replaced by black", of(&self.rejected)));
+            let message = format!("{} samples exceed float32 and are replaced by black", of(&self.rejected));
+            notices.push(Notice::new(NoticeCode::TooBrightSamples, message));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0
         {
-            notices.push(format!(
+            notices.push(Notice::new(NoticeCode::ClampedSamples, format!(
                 "{} samples brighter than clamp = {limit} were reduced to it; the image is darker than without clamp",
                 of(&self.clamped)
-            ));
+            )));
         }
     }
 }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Control, Frame, Integrator, Progressive, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
-use raycam_scene::{Camera, Texture, World};
+use raycam_scene::{Camera, NoticeCode, Texture, World};
 
 fn settings(samples: u32) -> Settings {
     Settings {
@@ -83,8 +83,7 @@ fn adaptive_pixels_stop_below_the_threshold() {
     let whole = render(&world, &camera, &noisy);
     let good = f32s(&whole, Channel::Error).iter().filter(|&&error| error <= 0.01).count();
     assert!(good as f64 > 0.95 * (24.0 * 16.0), "{good}");
-    let notice = &whole.notices[0];
-    assert!(notice.contains("samples per pixel on average"), "{notice}");
+    assert_eq!(whole.notices[0].code, NoticeCode::SamplesUsed);
     for threads in [1, 3] {
         let frame = render(&world, &camera, &Settings { threads: Some(threads), ..noisy.clone() });
         assert_eq!(bits(&frame), bits(&whole));
@@ -113,7 +112,7 @@ fn timed_images_can_be_reproduced() {
         for share in [0.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 9.0, 20.0, 60.0] {
             let timed = Settings { time_limit: Some((each * share).max(1e-9)), ..settings(1 << 14) };
             let frame = render(&world, &camera, &timed);
-            let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();
+            let samples: u32 = frame.notices[0].message.split(' ').next().unwrap().parse().unwrap();
             assert!(share > 0.0 || samples == 1, "{samples}");
             let again = render(&world, &camera, &settings(samples));
             assert_eq!(bits(&frame), bits(&again), "{samples} samples");

@@ -40,7 +40,7 @@ impl AnimationSampler {
         interpolation: SamplerInterpolation,
         rotation: bool,
     ) -> Result<Self> {
-        let fail = |message: String| Err(SceneError::World(message));
+        let fail = |message: String| Err(SceneError::world(message));
         if !times.first().is_some_and(|&first| first >= 0.0)
             || !times.iter().all(|time| time.is_finite())
             || !times.windows(2).all(|pair| pair[0] < pair[1])

@@ -35,7 +35,7 @@ impl Aperture {
     /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2
     /// or more than 64 blades.
     pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self> {
-        let fail = |message: String| Err(SceneError::Camera(format!("aperture: {message}")));
+        let fail = |message: String| Err(SceneError::camera(format!("aperture: {message}")));
         if !(radius >= 0.0 && radius.is_finite()) {
             return fail(format!("radius is {radius}: expected a finite length >= 0"));
         }

@@ -26,7 +26,7 @@ impl Camera {
         let k = validated_intrinsics(k)?;
         let r = validated_rotation(r)?;
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!("the camera centre {c} is not finite")));
+            return Err(SceneError::camera(format!("the camera centre {c} is not finite")));
         }
         let p = camera_matrix(k, r, c, Center::Point)?;
         Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Point))
@@ -63,7 +63,7 @@ impl Camera {
         check_size(size)?;
         let (k, r) = (validated_intrinsics(k)?, validated_rotation(r)?);
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!("the location {c} is not finite")));
+            return Err(SceneError::camera(format!("the location {c} is not finite")));
         }
         let p = camera_matrix(k, r, c, Center::Plane)?;
         Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Plane))
@@ -114,7 +114,7 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self> {
         if ![roll, pitch, yaw].iter().all(|v| v.is_finite()) {
-            return Err(SceneError::Camera(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")));
+            return Err(SceneError::camera(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")));
         }
         let world_from_body = rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
         Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), location, size, pixel_center)
@@ -134,7 +134,7 @@ impl Camera {
     ) -> Result<Self> {
         let direction = target - eye;
         let world_from_body = rotation::rotation_towards(direction, up_vector).ok_or_else(|| {
-            SceneError::Camera(if direction.try_normalize().is_none() {
+            SceneError::camera(if direction.try_normalize().is_none() {
                 format!("eye {eye} and target {target} must be two different finite points")
             } else {
                 format!(
@@ -152,7 +152,7 @@ impl Camera {
     /// The errors of [`Camera::new`], and values that are not finite.
     pub fn from_opencv(k: DMat3, rvec: DVec3, t: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         if !(rvec.is_finite() && t.is_finite()) {
-            return Err(SceneError::Camera(format!("rotation vector {rvec} and translation {t} must be finite")));
+            return Err(SceneError::camera(format!("rotation vector {rvec} and translation {t} must be finite")));
         }
         let r = DMat3::from_quat(DQuat::from_scaled_axis(rvec));
         Self::new(k, r, -(r.transpose() * t), size, pixel_center)
@@ -165,7 +165,7 @@ impl Camera {
     pub fn from_opengl(k: DMat3, world_from_camera: DMat4, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         let last = world_from_camera.row(3);
         if last.to_array() != [0.0, 0.0, 0.0, 1.0] {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::camera(format!(
                 "the last row of world_from_camera is {last}, expected 0 0 0 1: is the matrix transposed?"
             )));
         }

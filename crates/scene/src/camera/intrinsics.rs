@@ -12,7 +12,7 @@ use crate::error::{Result, SceneError};
 /// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
 pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3> {
     if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
-        return Err(SceneError::Camera(format!(
+        return Err(SceneError::camera(format!(
             "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
         )));
     }
@@ -36,7 +36,7 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
 
 /// `k / K[2][2]`, or an error message.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
-    let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", format_matrix(k))));
+    let fail = |message: String| Err(SceneError::camera(format!("K = {}: {message}", format_matrix(k))));
     if !k.is_finite() {
         return fail("every value must be finite".into());
     }

@@ -71,9 +71,8 @@ impl Camera {
     /// centre at infinity, which has no place to move from.
     pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if self.center == Center::Infinity {
-            return Err(SceneError::Camera(
-                "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can"
-                    .into(),
+            return Err(SceneError::camera(
+                "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can",
             ));
         }
         for (_, pose) in motion.poses() {
@@ -96,7 +95,7 @@ impl Camera {
             return Ok(moved.with_background(self.background().cloned()));
         }
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!("the camera centre {c} is not finite")));
+            return Err(SceneError::camera(format!("the camera centre {c} is not finite")));
         }
         let motion = self.motion.as_ref().map(|motion| {
             // The rotation that takes the world as seen from the old pose to the world as seen from the new one.
@@ -173,7 +172,7 @@ impl Camera {
 }
 
 fn parallel_rays_error(what: &str) -> SceneError {
-    SceneError::Camera(format!(
+    SceneError::camera(format!(
         "a camera with parallel rays (orthographic, or of a matrix with its centre at infinity) cannot have {what}"
     ))
 }

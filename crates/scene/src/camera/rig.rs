@@ -37,7 +37,7 @@ impl Rig {
     /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the
     /// same name or one has none.
     pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
-        let fail = |message: String| Err(SceneError::Camera(message));
+        let fail = |message: String| Err(SceneError::camera(message));
         if mounts.is_empty() {
             return fail("a rig without cameras; expected at least one".into());
         }
@@ -60,7 +60,7 @@ impl Rig {
     /// [`SceneError::Camera`] where a camera has a shutter of its own, or cannot move.
     pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if let Some(mount) = self.mounts.iter().find(|m| m.camera.motion().is_some()) {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::camera(format!(
                 "camera {:?} of the rig has a shutter of its own: give it to the rig or to its cameras",
                 mount.name
             )));

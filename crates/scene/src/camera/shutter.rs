@@ -69,7 +69,7 @@ impl ShutterMotion {
     /// [`SceneError::Camera`] where exposure and readout are negative or not finite, times are not in order, or there
     /// are no poses.
     pub fn new(exposure: f64, readout: f64, direction: ReadoutDirection, poses: Vec<(f64, Pose)>) -> Result<Self> {
-        let fail = |message: String| Err(SceneError::Camera(message));
+        let fail = |message: String| Err(SceneError::camera(message));
         for (name, time) in [("exposure", exposure), ("readout", readout)] {
             if !(time >= 0.0 && time.is_finite()) {
                 return fail(format!("{name} is {time}: expected finite seconds >= 0"));

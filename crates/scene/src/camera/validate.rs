@@ -23,7 +23,7 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
         (row.x * pose[0] + row.y * pose[1] + row.z * pose[2]).to_array()
     });
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
-        return Err(SceneError::Camera("K R [I | -C] overflows: K or the camera centre is too large".into()));
+        return Err(SceneError::camera("K R [I | -C] overflows: K or the camera centre is too large"));
     }
     Ok(p)
 }
@@ -32,12 +32,12 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
 pub fn check_size(size: [u32; 2]) -> Result<()> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
-        return Err(SceneError::Camera(format!(
+        return Err(SceneError::camera(format!(
             "an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows"
         )));
     }
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(SceneError::Camera(format!(
+        return Err(SceneError::camera(format!(
             "an image of {width} x {height} pixels is more than {MAX_PIXELS}: render it in regions or smaller"
         )));
     }
@@ -90,7 +90,7 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
 /// The rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of one.
 pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
     let rotation = nearest_rotation(r);
-    rotation.map(|(r, _)| r).map_err(|message| SceneError::Camera(format!("R = {}: {message}", format_matrix(r))))
+    rotation.map(|(r, _)| r).map_err(|message| SceneError::camera(format!("R = {}: {message}", format_matrix(r))))
 }
 
 /// The largest entry of `|R Rᵀ - I|`.

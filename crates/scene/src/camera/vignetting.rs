@@ -26,7 +26,7 @@ impl Vignetting {
         if self.polynomial.iter().all(|v| v.is_finite()) {
             return Ok(());
         }
-        Err(SceneError::Camera(format!("vignetting: polynomial {:?} must be finite", self.polynomial)))
+        Err(SceneError::camera(format!("vignetting: polynomial {:?} must be finite", self.polynomial)))
     }
 
     /// At a point of the image plane whose light has a direction, of unit length in camera axes.

@@ -21,7 +21,7 @@ impl IesProfile {
     /// # Errors
     /// [`SceneError::World`] where they do not.
     pub fn validate(&self) -> Result<()> {
-        let fail = |message: String| Err(SceneError::World(message));
+        let fail = |message: String| Err(SceneError::light(message));
         let increases = |angles: &[f64], limit: f64| {
             !angles.is_empty()
                 && angles.windows(2).all(|pair| pair[0] < pair[1])

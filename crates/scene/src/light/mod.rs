@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::light::strength::{Strength, optional_strength, strength};
+use crate::notice::{Notice, NoticeCode};
 use crate::texture::{Image, Texels};
 
 pub use crate::light::file_ref::FileRef;
@@ -207,7 +208,7 @@ impl Light {
     }
 
     /// Sets values of its image below 0, which light cannot have, to 0; returns a notice about them.
-    pub(crate) fn clamp_negative_texels(&mut self) -> Option<String> {
+    pub(crate) fn clamp_negative_texels(&mut self) -> Option<Notice> {
         let Self::Environment { image: FileRef { file, content: Some(image) }, .. } = self else { return None };
         let Texels::Float(texels) = &image.texels else { return None };
         let count = texels.iter().flat_map(|texel| &texel[..3]).filter(|value| **value < 0.0).count();
@@ -216,7 +217,8 @@ impl Light {
         }
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
         *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
-        Some(format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0"))
+        let message = format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0");
+        Some(Notice::new(NoticeCode::ClampedValue, message))
     }
 
     /// An even sky.

@@ -142,7 +142,7 @@ impl Light {
 }
 
 fn invalid(message: String) -> Validated {
-    Err(SceneError::World(message))
+    Err(SceneError::light(message))
 }
 
 fn check_direction(what: &str, direction: [f64; 3], meaning: &str) -> Validated {
@@ -187,7 +187,7 @@ fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relati
 }
 
 fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T> {
-    file.content.as_deref().ok_or_else(|| SceneError::World(format!("{what} of {:?}: the file is not read", file.file)))
+    file.content.as_deref().ok_or_else(|| SceneError::light(format!("{what} of {:?}: the file is not read", file.file)))
 }
 
 fn check_rgb(name: &str, rgb: Rgb) -> Validated {

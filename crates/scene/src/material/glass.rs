@@ -40,7 +40,7 @@ impl Glass {
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
     pub fn validate(&self) -> Result<()> {
-        let fail = |message: String| Err(SceneError::World(message));
+        let fail = |message: String| Err(SceneError::material(message));
         if !(self.ior.is_finite() && self.ior >= 1.0) {
             return fail(format!("ior {}: expected a finite number >= 1", self.ior));
         }
@@ -64,5 +64,5 @@ pub(crate) fn check_roughness(roughness: f32) -> Result<()> {
     if (0.0..=1.0).contains(&roughness) {
         return Ok(());
     }
-    Err(SceneError::World(format!("roughness {roughness}: expected 0 to 1")))
+    Err(SceneError::material(format!("roughness {roughness}: expected 0 to 1")))
 }

@@ -61,7 +61,7 @@ impl Metal {
     pub fn validate(&self) -> Result<()> {
         for (name, values) in [("ior", self.ior), ("extinction", self.extinction)] {
             if !values.iter().all(|v| v.is_finite() && *v > 0.0) {
-                return Err(SceneError::World(format!(
+                return Err(SceneError::material(format!(
                     "{name} {values:?}: expected red, green, blue that are finite and > 0"
                 )));
             }

@@ -112,7 +112,7 @@ impl MaterialModel {
                 if shininess.is_finite() && *shininess >= 0.0 {
                     return Ok(());
                 }
-                Err(SceneError::World(format!(
+                Err(SceneError::material(format!(
                     "shininess {shininess}: expected a finite number >= 0, the Phong exponent"
                 )))
             }
@@ -184,10 +184,10 @@ impl Material {
         if let Alpha::Mask { cutoff } = self.alpha
             && !(cutoff.is_finite() && cutoff >= 0.0)
         {
-            return Err(SceneError::World(format!("alpha cutoff {cutoff}: expected a finite number >= 0")));
+            return Err(SceneError::material(format!("alpha cutoff {cutoff}: expected a finite number >= 0")));
         }
         if !self.emission.value.iter().all(|v| v.is_finite() && *v >= 0.0) {
-            return Err(SceneError::World(format!(
+            return Err(SceneError::material(format!(
                 "emission {:?}: expected red, green, blue that are finite and >= 0",
                 self.emission.value
             )));
@@ -207,5 +207,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::World(format!("{name} {values:?}: expected 0 to 1")))
+    Err(SceneError::material(format!("{name} {values:?}: expected 0 to 1")))
 }

@@ -48,7 +48,7 @@ impl Mesh {
     /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
     /// length, normals or texture coordinates that are not finite, colours outside 0..=1.
     pub fn validate(&self) -> Result<()> {
-        let fail = |message: String| Err(SceneError::World(message));
+        let fail = |message: String| Err(SceneError::mesh(message));
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         if triangles == 0 {
             return fail(format!("a mesh of {vertices} vertices without triangles: nothing to see"));
@@ -237,7 +237,7 @@ fn check_numbers<const N: usize>(
     check_length(name, values.len(), count, what)?;
     let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
     match find_first_invalid(values, all) {
-        Some(i) => Err(SceneError::World(format!("{name}[{i}] is {:?}: expected numbers {expected}", values[i]))),
+        Some(i) => Err(SceneError::mesh(format!("{name}[{i}] is {:?}: expected numbers {expected}", values[i]))),
         None => Ok(()),
     }
 }
@@ -246,5 +246,5 @@ fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(
     if length == count {
         return Ok(());
     }
-    Err(SceneError::World(format!("{name} has {length} entries, expected one for each of the {count} {what}")))
+    Err(SceneError::mesh(format!("{name} has {length} entries, expected one for each of the {count} {what}")))
 }

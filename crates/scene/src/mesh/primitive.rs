@@ -69,7 +69,7 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh> {
 pub fn sphere(radius: f64, level: u32) -> Result<Mesh> {
     check_lengths("sphere radius", &[radius])?;
     if level > MAX_LEVEL {
-        return Err(SceneError::World(format!("sphere level {level}: expected 0 to {MAX_LEVEL}")));
+        return Err(SceneError::mesh(format!("sphere level {level}: expected 0 to {MAX_LEVEL}")));
     }
     let (directions, triangles) = icosphere(level);
     let mut builder = MeshBuilder::default();
@@ -164,7 +164,7 @@ pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
     check_lengths("torus radius and tube", &[radius, tube])?;
     check_segments("torus", segments, MAX_TORUS_SEGMENTS)?;
     if tube >= radius {
-        return Err(SceneError::World(format!(
+        return Err(SceneError::mesh(format!(
             "a torus of radius {radius} and tube {tube}: expected tube < radius, or it would pass through itself"
         )));
     }
@@ -292,12 +292,12 @@ fn check_lengths(what: &str, lengths: &[f64]) -> Result<()> {
     if lengths.iter().all(|v| v.is_finite() && *v > 0.0) {
         return Ok(());
     }
-    Err(SceneError::World(format!("{what} {lengths:?}: expected finite lengths greater than 0")))
+    Err(SceneError::mesh(format!("{what} {lengths:?}: expected finite lengths greater than 0")))
 }
 
 fn check_segments(what: &str, segments: u32, most: u32) -> Result<()> {
     if (3..=most).contains(&segments) {
         return Ok(());
     }
-    Err(SceneError::World(format!("a {what} of {segments} segments: expected 3 to {most}")))
+    Err(SceneError::mesh(format!("a {what} of {segments} segments: expected 3 to {most}")))
 }

@@ -63,7 +63,7 @@ impl SubdividedMesh {
         let count = mesh.triangles.len();
         let refined = 4_usize.checked_pow(levels).and_then(|factor| factor.checked_mul(count));
         if refined.is_none_or(|refined| refined > MAX_SUBDIVIDED_TRIANGLES && levels > 0) {
-            return Err(SceneError::World(format!(
+            return Err(SceneError::mesh(format!(
                 "{levels} levels of subdivision make more than {MAX_SUBDIVIDED_TRIANGLES} triangles of {count}: each level makes \
                  four of one"
             )));

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
+use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Splat, Wraps};
 use crate::schema::spec::object::ObjectSpec;
@@ -24,7 +25,7 @@ impl TextureSpec {
         wrap: Option<Wraps>,
         next: usize,
         files: &mut F,
-        notices: &mut Vec<String>,
+        notices: &mut Vec<Notice>,
     ) -> Result<(Texture, TextureBinding), BuildFailure<F::Error>> {
         let TextureSpec(table) = self;
         let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
@@ -107,7 +108,7 @@ impl TextureTable {
 }
 
 /// The image with its values clamped to the range of a key: emission has no upper limit, all others are 0 to 1.
-fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<String>) -> Arc<Image> {
+fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
     let Texels::Float(texels) = &image.texels else { return image };
     let largest = if key == "emission" { f32::MAX } else { 1.0 };
     let is_outside = |value: &&f32| !(0.0..=largest).contains(*value);
@@ -116,10 +117,10 @@ fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<String>) -> Ar
     let range = if key == "emission" { "0 or more" } else { "0 to 1" };
     let count = 1 + outside.count();
     let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
-    notices.push(format!(
-        "texture of {key}{name}: {count} values are clamped, for example {first}; expected {range}, as for the same key \
-         without a texture"
-    ));
+    let message = format!(
+        "{count} values are clamped, for example {first}; expected {range}, as for the same key without a texture"
+    );
+    notices.push(Notice::about(NoticeCode::ClampedValue, format!("texture of {key}{name}"), message));
     let texels = texels.iter().map(|texel| texel.map(|value| value.clamp(0.0, largest))).collect();
     Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)))
 }
@@ -131,7 +132,7 @@ fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
 }
 
 /// Images, where they go, and notices.
-type BoundTextures = (Vec<Texture>, Vec<TextureBinding>, Vec<String>);
+type BoundTextures = (Vec<Texture>, Vec<TextureBinding>, Vec<Notice>);
 
 impl ObjectSpec {
     /// Its images and where they go, for a mesh; the first will be the world's texture `next`.

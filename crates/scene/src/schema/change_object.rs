@@ -9,6 +9,7 @@ use crate::error::{Result, SceneError};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
+use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::build_object::{GEOMETRY, PLACEMENT, SHAPES};
 use crate::schema::geometry::{Additions, LoadedMeshes};
@@ -31,7 +32,7 @@ enum ChangedMesh {
 struct ChangedMaterials {
     materials: Vec<Material>,
     textures: Vec<Texture>,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
     /// False if they take the place of those before, as far as nobody else has these.
     is_of_new_mesh: bool,
 }
@@ -211,12 +212,12 @@ impl ObjectSpec {
         if let Some(vertices) = self.vertices.take() {
             let (given, known) = (vertices.len(), mesh.vertices.len());
             if given != known {
-                return Err(SceneError::World(format!(
+                return Err(SceneError::world(format!(
                     "vertices: {given} are given, and the mesh of {name:?} has {known}: give faces too for another mesh"
                 )));
             }
             if mesh.normals.is_some() && self.normals.is_none() {
-                return Err(SceneError::World(format!(
+                return Err(SceneError::world(format!(
                     "vertices: the mesh of {name:?} has shading normals, which would stay as they are: give normals too, or \
                      normals=None for flat faces"
                 )));
@@ -275,7 +276,10 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
     let bends = |tree: &crate::animation::NodeTree| tree.objects.iter().any(|m| m.object == id && m.rest.is_some());
     if world.node_tree.as_deref().is_some_and(bends) {
         let name = &world.objects[id].name;
-        world.notices.push(format!("object {name:?} has another mesh, which no animation of its file bends or moves"));
+        world.notices.push(Notice::new(
+            NoticeCode::DetachedPart,
+            format!("object {name:?} has another mesh, which no animation of its file bends or moves"),
+        ));
         world.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
     } else {
         world.change_tree(|tree| {

@@ -12,6 +12,7 @@ use crate::mesh::Mesh;
 use crate::mesh::primitive;
 use crate::mesh::subdivide;
 use crate::model::AssetLoader;
+use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
@@ -42,7 +43,7 @@ pub(super) struct Additions {
     /// Their textures are indices into the world's, as if `textures` were added already.
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
-    pub(super) notices: Vec<String>,
+    pub(super) notices: Vec<Notice>,
 }
 
 /// The axes of a mesh file in a world: turned to the world's up axis, or kept.
@@ -63,15 +64,16 @@ impl FileAxes {
 
     /// The notice for a file whose up axis `from` differs from the world's, `to`; `None` if the description is explicit
     /// about keeping the axes.
-    fn notice(self, file: &str, from: &str, to: &str) -> Option<String> {
-        match (self.target(), self.upright) {
-            (Some(_), _) => Some(format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it")),
-            (None, None) => Some(format!(
+    fn notice(self, file: &str, from: &str, to: &str) -> Option<Notice> {
+        let message = match (self.target(), self.upright) {
+            (Some(_), _) => format!("{file}: its up axis, {from}, is turned to {to}: upright = false keeps it"),
+            (None, None) => format!(
                 "{file}: its up axis, {from}, is not turned to {to}, because matrix applies to the file's own axes; \
                  upright = true turns it before matrix is applied"
-            )),
-            (None, Some(_)) => None,
-        }
+            ),
+            (None, Some(_)) => return None,
+        };
+        Some(Notice::new(NoticeCode::ConvertedUpAxis, message))
     }
 }
 
@@ -144,11 +146,14 @@ impl ObjectSpec {
         self.apply_material_all(&mut additions.materials, &puts, keys)?;
         let colored = [additions.mesh.face_colors.is_some(), additions.mesh.vertex_colors.is_some()];
         if let Some(file) = self.mesh.as_ref().filter(|_| self.color.is_some() && colored.contains(&true)) {
-            additions.notices.push(format!(
+            additions.notices.push(Notice::new(NoticeCode::MultipliedColors, format!(
                 "{file}: its vertices or faces have colours, which color = multiplies: color = \"white\" shows them alone"
-            ));
+            )));
         } else if colored == [true; 2] {
-            additions.notices.push("face_colors and vertex_colors are both given: their product is shown".into());
+            additions.notices.push(Notice::new(
+                NoticeCode::MultipliedColors,
+                "face_colors and vertex_colors are both given: their product is shown",
+            ));
         }
         Ok((additions, read))
     }

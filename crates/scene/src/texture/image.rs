@@ -252,7 +252,7 @@ impl Image {
         let Image { name, size, texels, .. } = self;
         let [width, height] = *size;
         if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
-            return Err(SceneError::World(format!(
+            return Err(SceneError::world(format!(
                 "texture {name:?} has {} texels, expected {width} x {height}, and at least one",
                 texels.len()
             )));
@@ -260,7 +260,7 @@ impl Image {
         if let Texels::Float(texels) = texels
             && let Some(i) = texels.iter().position(|texel| texel.iter().any(|v| !v.is_finite()))
         {
-            return Err(SceneError::World(format!(
+            return Err(SceneError::world(format!(
                 "texture {name:?} has a texel {:?} at {i}: expected finite numbers",
                 texels[i]
             )));

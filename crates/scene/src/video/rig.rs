@@ -38,7 +38,7 @@ impl Video {
         let r = match (motion.target.evaluate(time), motion.rotation_at(self.up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
-                    SceneError::Camera(format!(
+                    SceneError::camera(format!(
                         "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",
                         rig.name()
                     ))

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2};
+use glam::{DAffine3, DVec2};
 
 use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
@@ -67,7 +67,7 @@ impl World {
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
             let near = suggestion(name, names.iter().copied());
-            SceneError::World(format!("no animation {name:?} among {}{near}", names.len()))
+            SceneError::world(format!("no animation {name:?} among {}{near}", names.len()))
         })
     }
 
@@ -80,7 +80,7 @@ impl World {
         let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
             Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
-            _ => Err(SceneError::World(format!("animation {animation}, but the world has {count}"))),
+            _ => Err(SceneError::world(format!("animation {animation}, but the world has {count}"))),
         }
     }
 
@@ -152,7 +152,7 @@ impl KeyframedMotion {
         let location = self.location.evaluate(time).unwrap_or(object.world_from_mesh.translation);
         let world_from_body = match (self.target.evaluate(time), self.rotation_at(up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
-                SceneError::World(format!(
+                SceneError::world(format!(
                     "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
                      below it",
                     object.name

@@ -7,6 +7,7 @@ use crate::error::{Result, SceneError};
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
+use crate::notice::{Notice, NoticeCode};
 use crate::texture::Texture;
 use crate::world::names::Names;
 use crate::world::{Object, World};
@@ -36,7 +37,7 @@ impl World {
     pub fn add_material(&mut self, material: Material) -> Result<usize> {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
-            return Err(SceneError::World(format!("texture {} of {}", slot.texture, self.textures.len())));
+            return Err(SceneError::world(format!("texture {} of {}", slot.texture, self.textures.len())));
         }
         self.note_reflectance(&material);
         self.materials.push(material);
@@ -47,9 +48,12 @@ impl World {
     pub(crate) fn note_reflectance(&mut self, material: &Material) {
         if let Some(total) = material.reflectance_above_one() {
             let name = if material.name.is_empty() { String::new() } else { format!(" {:?}", material.name) };
-            self.notices.push(format!(
-                "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
+            self.notices.push(Notice::new(
+                NoticeCode::ReflectanceAboveOne,
+                format!(
+                    "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
                  all of it"
+                ),
             ));
         }
     }
@@ -60,7 +64,7 @@ impl World {
     /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are
     /// fewer materials than slots.
     pub fn add_object(&mut self, mut object: Object) -> Result<usize> {
-        let fail = |message: String| Err(SceneError::World(message));
+        let fail = |message: String| Err(SceneError::world(message));
         let Some(mesh) = self.meshes.get(object.mesh) else {
             return fail(format!("object {:?} has mesh {} of {}", object.name, object.mesh, self.meshes.len()));
         };

@@ -22,7 +22,7 @@ impl World {
             return Ok(first.camera.clone());
         }
         let Some((low, high)) = self.bounds() else {
-            return Err(SceneError::World("the world has no objects: there is nothing to look at".into()));
+            return Err(SceneError::world("the world has no objects: there is nothing to look at"));
         };
         let pixel_center = PixelCenter::default();
         let k = intrinsics_from_fov(45.0, size, pixel_center)?;

@@ -5,6 +5,7 @@ use glam::DAffine3;
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::light::Light;
+use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
 use crate::world::names::Names;
 
@@ -38,7 +39,7 @@ impl World {
     pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<()> {
         self.check_object(id)?;
         if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
-            return Err(SceneError::World(format!(
+            return Err(SceneError::world(format!(
                 "object {:?} placed by {world_from_mesh:?}: expected finite numbers that do not flatten it",
                 self.objects[id].name
             )));
@@ -58,10 +59,10 @@ impl World {
         let Some(tree) = &self.node_tree else { return };
         let mounted = tree.objects.iter().any(|mount| mount.object == id);
         if mounted && !is_moment && tree.moves_object(id) {
-            self.notices.push(format!(
+            self.notices.push(Notice::new(NoticeCode::DetachedPart, format!(
                 "object {:?} is placed anew at rest; an animation of its file still moves it: world.at(time) shows that",
                 self.objects[id].name
-            ));
+            )));
         } else if mounted {
             self.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
         }
@@ -120,7 +121,7 @@ impl World {
         for rig in &self.rigs {
             let of_rig = name.strip_prefix(rig.name()).is_some_and(|rest| rest.starts_with('/'));
             if of_rig && rig.cameras()?.iter().any(|own| name == format!("{}/{}", rig.name(), own.name)) {
-                return Err(SceneError::World(format!(
+                return Err(SceneError::world(format!(
                     "camera {name:?} is part of the rig {:?}, which moves as a whole: add_rig a changed rig, or add_camera \
                      under a name of its own",
                     rig.name()
@@ -156,7 +157,7 @@ fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
         1 => "the world has one, 0".into(),
         _ => format!("the world has {count}, 0 to {}", count - 1),
     };
-    Err(SceneError::World(format!("no {what} {number}: {known}")))
+    Err(SceneError::world(format!("no {what} {number}: {known}")))
 }
 
 /// Moves an index down if it follows the removed one; false for the removed index.

@@ -27,6 +27,7 @@ use crate::camera::{NamedCamera, Rig};
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
+use crate::notice::Notice;
 use crate::render_options::RenderOptions;
 use crate::texture::{Texture, TextureCache};
 use crate::up::Up;
@@ -115,7 +116,7 @@ pub struct World {
     /// When it is, if it was moved to a time: a camera's shutter sees it move on from there.
     pub time: Option<WorldTime>,
     /// Notices of its readers: skipped, repaired, counted. Never silent.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
 }
 
 /// A look: other materials for some objects.

@@ -32,7 +32,7 @@ impl World {
     /// [`SceneError::World`] where they do not.
     pub fn check_textures_in_memory(&self) -> Result<()> {
         match &self.texture_cache {
-            Some(memory) if memory.is_exceeded() => Err(SceneError::World(format!(
+            Some(memory) if memory.is_exceeded() => Err(SceneError::world(format!(
                 "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
                  of them: raise texture_memory, or render picture by picture",
                 mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),

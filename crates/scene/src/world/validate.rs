@@ -77,6 +77,6 @@ impl NodeTree {
             return Ok(());
         }
         let message = "an animation that moves what the world does not have";
-        Err(SceneError::World(message.into()))
+        Err(SceneError::world(message))
     }
 }

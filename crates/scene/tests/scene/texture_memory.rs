@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::Random;
 use raycam_scene::texture::{PageInStats, TextureCache};
-use raycam_scene::{Image, SceneError, TexelFilter, Texels, Texture, TextureSampler, World, Wrap};
+use raycam_scene::{Image, NoticeCode, SceneError, TexelFilter, Texels, Texture, TextureSampler, World, Wrap};
 
 /// Noise of every kind that there is.
 fn images(size: [u32; 2]) -> Vec<Arc<Image>> {
@@ -143,7 +143,7 @@ fn textures_are_paged_only_above_the_limit() {
     world.page_textures().unwrap();
     world.page_textures().unwrap();
     assert_eq!(world.notices.len(), 1, "{:?}", world.notices);
-    assert!(world.notices[0].contains("texture_memory"));
+    assert_eq!(world.notices[0].code, NoticeCode::ExceededTextureMemory);
     assert!(world.textures.iter().all(|texture| is_paged(&texture.image)));
     for pair in world.textures[..6].chunks(2) {
         assert!(Arc::ptr_eq(&pair[0].image, &pair[1].image));

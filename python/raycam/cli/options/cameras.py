@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from ...errors import SettingsError
+from ...errors import SettingsError, with_code
 from .command import parse_size
 from .messages import print_notices
 from .worlds import find_file
@@ -121,8 +121,10 @@ def load_camera(text: str, options: argparse.Namespace) -> Camera:
     if found is None:
         from ...world.missing_files import nearest_names
 
-        raise FileNotFoundError(
-            f"{text}: file not found; expected a calibration or a world file{nearest_names(text)}"
+        raise with_code(
+            FileNotFoundError(
+                f"{text}: file not found; expected a calibration or a world file{nearest_names(text)}"
+            )
         )
     file, name = found
     if os.path.isfile(file) and file.endswith(WORLD_ENDINGS):
@@ -145,7 +147,8 @@ def select_camera(world: World, options: argparse.Namespace) -> Camera:
         from ...world.missing_files import nearest_names
 
         raise SettingsError(
-            f"--camera {given}: file not found, and the world has no camera with this name{nearest_names(given)}"
+            f"--camera {given}: file not found, and the world has no camera with this name{nearest_names(given)}",
+            code="unknown_name",
         )
     else:
         camera = world.camera(given)
@@ -154,6 +157,7 @@ def select_camera(world: World, options: argparse.Namespace) -> Camera:
     (width, height), (new_width, new_height) = camera.size, options.size
     if width * new_height and abs(new_width * height / (width * new_height) - 1.0) > MAX_ASPECT_CHANGE:
         raise SettingsError(
-            f"--size {new_width}x{new_height}: the aspect ratio differs from the camera's, {width}x{height}"
+            f"--size {new_width}x{new_height}: the aspect ratio differs from the camera's, {width}x{height}",
+            code="conflicting_values",
         )
     return camera.resized(options.size)

@@ -67,11 +67,11 @@ def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
     from ...rig import Rig
 
     if options.maps is not None and not _makes_pinholes(options):
-        raise SettingsError("--maps requires --undistort, --pinhole or --rectify")
+        raise SettingsError("--maps requires --undistort, --pinhole or --rectify", code="missing_value")
     if not has_copies(options):
         return cameras
     if options.crop is not None and len(options.crop) != 4:
-        raise SettingsError("--crop: expected X,Y,WIDTH,HEIGHT, as in 0,0,320,240")
+        raise SettingsError("--crop: expected X,Y,WIDTH,HEIGHT, as in 0,0,320,240", code="invalid_value")
     maps: dict[str, object] = {}
     if options.rectify:
         made: Found = _rectified(_flat(cameras), options, maps)
@@ -130,7 +130,8 @@ def _rectified(cameras: dict[str, Camera], options: argparse.Namespace, maps: di
     if len(cameras) != 2:
         listed = ", ".join(list(cameras)[:5]) + (", ..." if len(cameras) > 5 else "")
         raise SettingsError(
-            f"--rectify requires two cameras, the left one first; found {len(cameras)}: {listed}"
+            f"--rectify requires two cameras, the left one first; found {len(cameras)}: {listed}",
+            code="missing_value",
         )
     given = {name: _cropped(camera, options) for name, camera in cameras.items()}
     pair = Rig.of(given).rectified()

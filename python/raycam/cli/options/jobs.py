@@ -52,7 +52,9 @@ def parse_shard(options: argparse.Namespace) -> tuple[int, int] | None:
     except ValueError:
         i = n = 0
     if not 1 <= i <= n:
-        raise SettingsError(f"--shard {options.shard}: expected I/N with I from 1 to N, as in 3/16")
+        raise SettingsError(
+            f"--shard {options.shard}: expected I/N with I from 1 to N, as in 3/16", code="out_of_range"
+        )
     return i, n
 
 

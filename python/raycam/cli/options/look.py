@@ -166,10 +166,11 @@ def _add_lights(world: World, options: argparse.Namespace) -> None:
 def _check_lights(options: argparse.Namespace, settings: dict[str, Any]) -> None:
     """Raises `SettingsError` for light options that have no effect."""
     if options.hdri_rotation is not None and options.hdri is None:
-        raise SettingsError("--hdri-rotation requires --hdri FILE")
+        raise SettingsError("--hdri-rotation requires --hdri FILE", code="missing_value")
     unlit = settings.get("integrator") in ("flat", "ao", "reference")
     for name in ("hdri", "sun", "studio"):
         if unlit and getattr(options, name):
             raise SettingsError(
-                f"--{name} has no effect with --integrator {settings['integrator']}, which does not compute light"
+                f"--{name} has no effect with --integrator {settings['integrator']}, which does not compute light",
+                code="conflicting_values",
             )

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
+
+from ...errors import Notice
 
 ARGUMENTS_AS_TYPED = {
     r"\bresume=False\b": "--no-resume",
@@ -74,18 +76,18 @@ def print_detail(text: str) -> None:
         print(f"raycam: {text}", file=sys.stderr, flush=True)
 
 
-def print_notices(notices: Sequence[str]) -> None:
+def print_notices(notices: Iterable[Notice | str]) -> None:
     """Prints notices on stderr, one per line."""
     for notice in notices:
         print_notice(notice)
 
 
-def print_notice(notice: str) -> None:
+def print_notice(notice: Notice | str) -> None:
     """Prints a notice on stderr at once, unless this command has printed it before."""
-    if notice not in PRINTED_NOTICES:
-        PRINTED_NOTICES.add(notice)
+    if str(notice) not in PRINTED_NOTICES:
+        PRINTED_NOTICES.add(str(notice))
         if not VERBOSITY["quiet"]:
-            print(f"raycam: notice: {as_typed(notice)}", file=sys.stderr, flush=True)
+            print(f"raycam: notice: {as_typed(str(notice))}", file=sys.stderr, flush=True)
 
 
 def as_typed(message: str) -> str:

@@ -85,7 +85,7 @@ def _check(name: str, value: Any) -> None:
         expected = (
             f"one of {', '.join(INTEGRATORS)}" if name == "integrator" else RENDER_OPTIONS[name].expected
         )
-        raise SettingsError(f"{_typed(name)} {value}: expected {expected}") from error
+        raise SettingsError(f"{_typed(name)} {value}: expected {expected}", code="invalid_value") from error
 
 
 def _add_render_option(group: argparse._ArgumentGroup, option: RenderOption) -> None:

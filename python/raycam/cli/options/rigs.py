@@ -37,7 +37,9 @@ def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
         from ...world.missing_files import nearest_names
 
         known = f"; {nearest('rig', options.rig, list(rigs))}" if rigs else ", and the world has no rigs"
-        raise SettingsError(f"--rig {options.rig}: file not found{known}{nearest_names(options.rig)}")
+        raise SettingsError(
+            f"--rig {options.rig}: file not found{known}{nearest_names(options.rig)}", code="file_not_found"
+        )
     return next(iter(rigs_in(options.rig, options).values()))
 
 
@@ -46,7 +48,8 @@ def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
     rig = find_rig(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(
-            "--rig cannot be combined with --camera or --size: all cameras of the rig are rendered as they are"
+            "--rig cannot be combined with --camera or --size: all cameras of the rig are rendered as they are",
+            code="conflicting_values",
         )
     return rig
 
@@ -57,7 +60,9 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
 
     rigs = load(path).rigs if path.endswith(WORLD_ENDINGS) else load_calibration(path, options).rigs
     if not rigs:
-        raise SettingsError(f"{path}: no rig found; expected several cameras on one body")
+        raise SettingsError(
+            f"{path}: no rig found; expected several cameras on one body", code="missing_value"
+        )
     return rigs
 
 
@@ -75,7 +80,7 @@ def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | 
     }
     found |= rigs
     if not found:
-        raise SettingsError(f"{path}: no cameras found")
+        raise SettingsError(f"{path}: no cameras found", code="missing_value")
     return found
 
 

@@ -24,7 +24,7 @@ def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
     whole = array.dtype.kind in "iu"
     if whole and array.size > 0 and array.max() == 1:
         said = f"the colour {array.tolist()} is of 255, as pyrender takes whole numbers: nearly black; 1.0 is full"
-        warnings.warn(said, raycam.Notice, stacklevel=2)
+        warnings.warn(raycam.Notice(said, "implausible"), stacklevel=2)
     color = array.astype(np.float64) / (255.0 if whole else 1.0)
     if color.ndim == 0:
         color = np.repeat(color, length)

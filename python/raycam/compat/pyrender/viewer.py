@@ -91,7 +91,8 @@ class Viewer:
         idle = [name for name in given if name not in EFFECTIVE and not _same(given[name], known.get(name))]
         idle += ["registered_keys"] if registered_keys else []
         if idle:
-            warnings.warn(f"no effect in raycam's viewer: {', '.join(idle)}", raycam.Notice, stacklevel=2)
+            said = raycam.Notice(f"no effect in raycam's viewer: {', '.join(idle)}", "unused_option")
+            warnings.warn(said, stacklevel=2)
         self.render_lock = threading.RLock()
         self._seen: Any = None
         width, height = (int(length) for length in self.viewport_size)

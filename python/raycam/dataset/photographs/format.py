@@ -45,27 +45,34 @@ def check(plan: Plan) -> None:
     one_of("normal_axes", options["normal_axes"], ("opencv", "opengl"))
     one_of("facing", options["facing"], ("both", "front"))
     if options["normal_bits"] not in (8, 16):
-        raise SettingsError(f"normal_bits is {options['normal_bits']!r}; expected 8 or 16")
+        raise SettingsError(
+            f"normal_bits is {options['normal_bits']!r}; expected 8 or 16", code="invalid_value"
+        )
     check_depth_scale(options["depth_scale"])
     if options["depth_scale"] is None:
         raise SettingsError(
-            "depth_scale is None; expected millimetres per unit, the same for all photographs"
+            "depth_scale is None; expected millimetres per unit, the same for all photographs",
+            code="missing_value",
         )
     if layout != "plain":
         given = [name for name in words("channel", options["channels"], CHANNELS) if name != "depth"]
         if given:
             raise SettingsError(
-                f"layout {layout!r} has fixed files, without channels {', '.join(given)}; use plain"
+                f"layout {layout!r} has fixed files, without channels {', '.join(given)}; use plain",
+                code="conflicting_values",
             )
     if plan.recipe is not None:
-        raise SettingsError("photos requires a single world; a recipe has no photographs")
+        raise SettingsError(
+            "photos requires a single world; a recipe has no photographs", code="missing_value"
+        )
     if layout in ("mvsnet", "colmap", "blendedmvs"):
         for number, view in enumerate(plan.shots):
             camera = view.camera
             if camera.model != "pinhole" or camera.K[0, 1] != 0.0 or camera.is_parallel:
                 raise CameraError(
                     f"camera {view.label or number}: layout {layout!r} requires pinhole cameras without skew; use "
-                    "undistorted cameras (camera.undistorted(), --undistort) or layout plain or scannetpp"
+                    "undistorted cameras (camera.undistorted(), --undistort) or layout plain or scannetpp",
+                    code="unsupported_camera",
                 )
 
 

@@ -24,7 +24,9 @@ def h5py() -> ModuleType:
     try:
         return importlib.import_module("h5py")
     except ImportError:
-        raise SettingsError("the format hdf5 needs h5py: pip install 'raycam[hdf5]'") from None
+        raise SettingsError(
+            "the format hdf5 needs h5py: pip install 'raycam[hdf5]'", code="missing_dependency"
+        ) from None
 
 
 def check(plan: Plan) -> None:

@@ -62,7 +62,7 @@ def pictures_of(place: Path) -> list[LabelledPicture]:
         if next(place.glob(pattern), None) is not None:
             return list(read(place))
     known = ", ".join(MARKERS)
-    raise SettingsError(f"{place}: expected a data set, a folder with one of {known}")
+    raise SettingsError(f"{place}: expected a data set, a folder with one of {known}", code="unknown_format")
 
 
 def _size(picture: Path) -> tuple[int, int]:

@@ -73,7 +73,9 @@ def library() -> ModuleType:
     try:
         return importlib.import_module("mcap.writer")
     except ImportError:
-        raise SettingsError("mcap needs the package mcap: pip install 'raycam[mcap]'") from None
+        raise SettingsError(
+            "mcap needs the package mcap: pip install 'raycam[mcap]'", code="missing_dependency"
+        ) from None
 
 
 class Cdr:
@@ -121,7 +123,8 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
     if camera.model == "fisheye":
         return "equidistant", values
     raise SettingsError(
-        f"ROS has no lens {camera.model!r} with {len(values)} coefficients: give opencv with 4, 5 or 8, or fisheye"
+        f"ROS has no lens {camera.model!r} with {len(values)} coefficients: give opencv with 4, 5 or 8, or fisheye",
+        code="unsupported_camera",
     )
 
 
@@ -182,17 +185,22 @@ def check(plan: Plan) -> None:
     library()
     fps, topic = plan.options["fps"], plan.options["topic"]
     if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
+        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
     if not (isinstance(topic, str) and topic.startswith("/")):
-        raise SettingsError(f"topic is {topic!r}, expected a name that begins with /, as /camera")
+        raise SettingsError(
+            f"topic is {topic!r}, expected a name that begins with /, as /camera", code="invalid_value"
+        )
     start = plan.options["start_time"]
     if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**31):
-        raise SettingsError(f"start_time must be seconds from 0 to 2147483647, got {start!r}")
+        raise SettingsError(
+            f"start_time must be seconds from 0 to 2147483647, got {start!r}", code="out_of_range"
+        )
     for number, view in enumerate(plan.shots):
         distortion(view.camera)
         if view.time is not None and start + view.time < 0:
             raise SettingsError(
-                f"view {number} is at {view.time} s; start_time + time must be at least 0: use start_time={-view.time}"
+                f"view {number} is at {view.time} s; start_time + time must be at least 0: use start_time={-view.time}",
+                code="out_of_range",
             )
 
 

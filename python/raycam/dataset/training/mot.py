@@ -14,12 +14,15 @@ def check(plan: Plan) -> None:
     """Raises `SettingsError` for invalid options, and where the pictures of a sequence have several sizes."""
     fps = plan.options["fps"]
     if not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
+        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
     sizes: dict[str, tuple[int, int]] = {}
     for number, view in enumerate(plan.shots):
         name = sequence(plan, number)[0]
         if sizes.setdefault(name, view.camera.size) != view.camera.size:
-            raise SettingsError(f"view {number} has another size than the first of the sequence {name!r}")
+            raise SettingsError(
+                f"view {number} has another size than the first of the sequence {name!r}",
+                code="unsupported_camera",
+            )
 
 
 def sequence(plan: Plan, number: int) -> tuple[str, int]:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ...annotations.labels import Label
 from ...arguments import product
 from ...camera import Camera
+from ...errors import Notice
 from ..plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 from .semantic import pascal_palette
 
@@ -183,18 +184,19 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     return iter(())
 
 
-def notices(plan: Plan) -> list[str]:
+def notices(plan: Plan) -> list[Notice]:
     """The notice that Replicator's keys describe a pinhole camera, if a camera has a lens or skew."""
     cameras = [view.camera for view in plan.shots]
     lenses = sorted({camera.model for camera in cameras if camera.model != "pinhole"})
     if not lenses and all(camera.K[0, 1] == 0.0 for camera in cameras):
         return []
     what = f"lens model {', '.join(lenses)}" if lenses else "skew"
-    return [
+    message = (
         f"replicator: the keys of camera_params_*.json cannot represent {what}; other readers project boxes and points "
         'as a pinhole camera does. The complete camera is stored under the key "raycam"; for other readers, use '
         "pinhole cameras without skew"
-    ]
+    )
+    return [Notice(message, "not_written")]
 
 
 FORMAT = Format(make, index, lambda plan: None, {}, many_worlds=True, posed=True, notices=notices)

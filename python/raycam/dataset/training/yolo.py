@@ -28,18 +28,23 @@ def check(plan: Plan) -> None:
     check_splits(plan)
     task, points = plan.options["task"], plan.options["keypoints"]
     if task not in TASKS:
-        raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}")
+        raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}", code="invalid_value")
     if bool(points) != (task == "pose"):
         raise SettingsError(
-            'task "pose" and the option keypoints go together: {"points": [[x, y, z], ...]}, of all categories'
+            'task "pose" and the option keypoints go together: {"points": [[x, y, z], ...]}, of all categories',
+            code="missing_value",
         )
     if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):
         raise SettingsError(
-            'keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes'
+            'keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes',
+            code="wrong_shape",
         )
     flip = plan.options["flip_idx"]
     if flip is not None and (not points or sorted(flip) != list(range(len(points["points"])))):
-        raise SettingsError(f"flip_idx is {flip!r}, expected the numbers of the keypoints in another order")
+        raise SettingsError(
+            f"flip_idx is {flip!r}, expected the numbers of the keypoints in another order",
+            code="invalid_value",
+        )
 
 
 def make(plan: Plan, number: int) -> Made:

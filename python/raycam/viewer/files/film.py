@@ -41,7 +41,7 @@ def filmed(
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
     view = session.view
     if degrees == 0 and view.seconds == 0:
-        raise SettingsError("nothing moves in this world: a video of it needs a turn")
+        raise SettingsError("nothing moves in this world: a video of it needs a turn", code="missing_value")
     if degrees == 0:
         seconds = min(seconds, view.seconds)
     width, height = view.camera.size

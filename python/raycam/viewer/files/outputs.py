@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..._core import world_to_gltf
-from ...errors import SettingsError
+from ...errors import Notice, SettingsError
 from ...render.frame import Frame
 from ..page import page
 from ..scene.world_file import world_file
@@ -46,7 +46,7 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         size=still.size,
         exposure=view.exposure,
         view=view.transform,
-        notices=[*still.notices, f"light: {view.integrator}"],
+        notices=[*still.notices, Notice(f"light: {view.integrator}", "preview_light")],
     )
     if format == "png":
         data = frame.to_png()

@@ -74,7 +74,10 @@ class Uploads:
         """The world of a complete file or archive. Raises `SettingsError` and the errors of `raycam.load`."""
         name = _checked_name(name)
         if not name.lower().endswith((*self._worlds, ARCHIVE)):
-            raise SettingsError(f"{name} is not a world; supported: {', '.join((*self._worlds, ARCHIVE))}")
+            raise SettingsError(
+                f"{name} is not a world; supported: {', '.join((*self._worlds, ARCHIVE))}",
+                code="unknown_format",
+            )
         if name not in self._sizes or self._received[name] != self._sizes[name]:
             raise SettingsError(f"{name} was not uploaded completely; drop it again")
         if name.lower().endswith(ARCHIVE):
@@ -85,10 +88,10 @@ class Uploads:
         except FileNotFoundError as error:
             missing = Path(str(error.filename)).name
             raise SettingsError(
-                f"{name} needs {missing}, which is missing; drop both files together"
+                f"{name} needs {missing}, which is missing; drop both files together", code="missing_value"
             ) from None
         except Error as error:
-            raise type(error)(self._without_folder(str(error))) from None
+            raise type(error)(self._without_folder(str(error)), code=error.code) from None
         self._opened = set(self._sizes)
         return world
 
@@ -119,7 +122,9 @@ class Uploads:
             raise SettingsError(f"{archive}: cannot unpack this archive ({error})") from None
         names = [name for name, _ in entries if name.lower().endswith(self._worlds)]
         if not names:
-            raise SettingsError(f"{archive} contains no world; supported: {', '.join(self._worlds)}")
+            raise SettingsError(
+                f"{archive} contains no world; supported: {', '.join(self._worlds)}", code="missing_value"
+            )
 
         def rank(name: str) -> tuple[int, int, str]:
             return (name.count("/"), self._worlds.index(Path(name).suffix.lower()), name)
@@ -136,7 +141,8 @@ class Uploads:
         if self._is_too_much(name, size):
             raise SettingsError(
                 f"{name}: too much data; the limit is {MAX_FILES} files and {MAX_BYTES >> 20} MiB in total. Open "
-                "larger worlds with raycam view FILE"
+                "larger worlds with raycam view FILE",
+                code="too_large",
             )
 
     def _is_too_much(self, name: str, size: int) -> bool:
@@ -184,5 +190,7 @@ def _checked_name(name: str) -> str:
         or any(not letter.isprintable() for letter in name)
     )
     if is_bad:
-        raise SettingsError(f"{name[:80]!r} cannot be used as a file name; rename the file")
+        raise SettingsError(
+            f"{name[:80]!r} cannot be used as a file name; rename the file", code="invalid_value"
+        )
     return "/".join(parts)

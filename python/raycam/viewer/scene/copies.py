@@ -11,6 +11,7 @@ from typing import Any
 
 from ..._core import Record, write_cameras
 from ...camera import Camera
+from ...errors import Notice
 
 __all__ = ["FILES", "camera_table", "camera_text", "render_command"]
 
@@ -18,7 +19,7 @@ FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "
 """The name that a format is written under, and its files that hold a camera."""
 
 
-def camera_text(camera: Camera, format: str) -> tuple[str, list[str]]:
+def camera_text(camera: Camera, format: str) -> tuple[str, list[Notice]]:
     """The text of a camera in a format, and notices. Raises `FormatError` where the format does not hold it."""
     path, names = FILES[format]
     made, notices = write_cameras([Record.of("camera", camera._core, None, None, None)], path, format)

@@ -134,11 +134,11 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     if kind == "light":
         lights = world.lights
         if number >= len(lights) or key != "strength":
-            raise WorldError("there is no light of this number, or no such key of it")
+            raise WorldError("there is no light of this number, or no such key of it", code="unknown_name")
         changed.set_light(number, **_stronger(lights[number], _factor(value)))
         return changed
     if number >= world._core.object_count:
-        raise WorldError("there is no object of this number")
+        raise WorldError("there is no object of this number", code="index_out_of_range")
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
     elif key == "color" and isinstance(value, str):
@@ -150,7 +150,7 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     elif key in ("move", "turn", "scale"):
         changed.set_object(number, matrix=_placed(world, number, key, value))
     else:
-        raise SettingsError(f"objects have no {key} of this type")
+        raise SettingsError(f"objects have no {key} of this type", code="unknown_key")
     return changed
 
 
@@ -179,14 +179,15 @@ def _principled(world: World, number: int) -> dict[str, Any]:
         return {}
     if before["textured"]:
         raise WorldError(
-            "this object's material has a texture and no roughness: a new material would lose the texture"
+            "this object's material has a texture and no roughness: a new material would lose the texture",
+            code="conflicting_values",
         )
     return {"type": "principled", "color": before["linear"]}
 
 
 def _within(key: str, value: Any, most: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
-        raise SettingsError(f"{key} is a number from 0 to {most:g}, not {value!r}")
+        raise SettingsError(f"{key} is a number from 0 to {most:g}, not {value!r}", code="out_of_range")
     return float(value)
 
 
@@ -201,7 +202,7 @@ def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
 
 def _factor(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= 1e6:
-        raise SettingsError(f"expected a factor from 1e-6 to 1e6, not {value!r}")
+        raise SettingsError(f"expected a factor from 1e-6 to 1e6, not {value!r}", code="out_of_range")
     return float(value)
 
 
@@ -211,14 +212,14 @@ def _placed(world: World, number: int, key: str, value: Any) -> Floats:
     step = np.eye(4)
     if key == "move":
         if not isinstance(value, list) or len(value) != 3:
-            raise SettingsError("move is three numbers, in metres")
+            raise SettingsError("move is three numbers, in metres", code="wrong_shape")
         step[:3, 3] = value
         return np.asarray(step @ matrix)
     if key == "scale":
         step[:3, :3] *= _factor(value)
     else:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise SettingsError("turn is a number of degrees")
+            raise SettingsError("turn is a number of degrees", code="wrong_type")
         c, s = math.cos(math.radians(value)), math.sin(math.radians(value))
         first, second = (0, 1) if world.up == "z" else (2, 0)
         step[first, first] = step[second, second] = c

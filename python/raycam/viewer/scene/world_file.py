@@ -27,19 +27,23 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     to the same world: for worlds of a script, and for changed objects of files with several objects.
     """
     if source is None:
-        raise WorldError("a world of a script has no world file: Save GLB keeps what glTF can say")
+        raise WorldError(
+            "a world of a script has no world file: Save GLB keeps what glTF can say", code="cannot_write"
+        )
     document = _document(source)
     entries = document.get("object", [])
     before, after = _objects(opened), _objects(world)
     if len(before) != len(after):
         raise WorldError(
-            f"a script made {len(after)} objects of the file's {len(before)}: Save GLB keeps them"
+            f"a script made {len(after)} objects of the file's {len(before)}: Save GLB keeps them",
+            code="cannot_write",
         )
     changed = [i for i, found in enumerate(after) if before[i : i + 1] != [found]]
     if changed and len(entries) != len(after):
         names = ", ".join(after[i].name for i in changed[:3])
         raise WorldError(
-            f"{names}: objects of a file that holds several cannot be changed in a world file; Save GLB keeps them"
+            f"{names}: objects of a file that holds several cannot be changed in a world file; Save GLB keeps them",
+            code="cannot_write",
         )
     for i in changed:
         entries[i] = _entry(entries[i], before[i], after[i])
@@ -62,7 +66,8 @@ def _document(source: Path) -> dict[str, Any]:
         except (OSError, ValueError) as error:
             raise WorldError(
                 f"{source.name}: the file of this world cannot be read any more ({error}): put it back as it was, or "
-                "Save GLB, which needs no file"
+                "Save GLB, which needs no file",
+                code="file_unreadable",
             ) from None
     return {"object": [{"mesh": source.name}]}
 
@@ -116,7 +121,7 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         with collected():
             built = World.from_dict(document, folder=source.parent)
     except (Error, OSError) as error:
-        raise WorldError(f"a world file of this world would not load: {error}") from None
+        raise WorldError(f"a world file of this world would not load: {error}", code="cannot_write") from None
     if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
         raise WorldError(
             f"{source.name} or a file that it names is another one than was opened: open it again, or Save GLB"
@@ -128,7 +133,10 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         and np.allclose(shown.P, camera.P, rtol=1e-9, atol=1e-9)
     )
     if not same:
-        raise WorldError("a world file cannot say what was changed here: Save GLB keeps what glTF can say")
+        raise WorldError(
+            "a world file cannot say what was changed here: Save GLB keeps what glTF can say",
+            code="cannot_write",
+        )
 
 
 def _same_place(one: World, other: World) -> bool:

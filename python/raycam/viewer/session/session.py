@@ -58,7 +58,8 @@ class Session:
         if size is not None and (size[0] > MAX_IMAGE_SIZE[0] or size[1] > MAX_IMAGE_SIZE[1]):
             raise SettingsError(
                 f"size {size[0]} x {size[1]} is too large for a view: the limit is {MAX_IMAGE_SIZE[0]} x "
-                f"{MAX_IMAGE_SIZE[1]}; raycam.render creates larger images"
+                f"{MAX_IMAGE_SIZE[1]}; raycam.render creates larger images",
+                code="out_of_range",
             )
         edits = world if isinstance(world, Edits) else Edits(world)
         opened = Opened(edits, title, source, added, camera)
@@ -214,7 +215,7 @@ class Session:
 
     def _choose_channel(self, message: messages.Channel) -> None:
         if message.name not in (*SAMPLED, *TRUTH):
-            raise WorldError(f"channel {message.name} is not available in the live view")
+            raise WorldError(f"channel {message.name} is not available in the live view", code="unknown_name")
         with self.lock:
             self.images.show_again()
         self.show(replace(self.view, channel=message.name))

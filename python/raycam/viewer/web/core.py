@@ -26,7 +26,8 @@ def core_blocks() -> list[str]:
     if not is_built():
         raise SettingsError(
             "live pages need raycam compiled for WebAssembly, which this installation lacks: a wheel from the index has"
-            " it, and in a clone `make web` builds it"
+            " it, and in a clone `make web` builds it",
+            code="missing_dependency",
         )
     folder = files(__package__) / FOLDER
     glue = (folder / GLUE).read_text(encoding="utf-8")

@@ -41,9 +41,14 @@ def live_page(
 
     for name, value in unused.items():
         if value is not None and value is not False and value != ():
-            raise SettingsError(f"{name} is for pages of numbers; a live page renders its own")
+            raise SettingsError(
+                f"{name} is for pages of numbers; a live page renders its own", code="conflicting_values"
+            )
     if world is None or frame.camera is None:
-        raise SettingsError("live needs the world, as in save(path, world=world, live=True), and a camera")
+        raise SettingsError(
+            "live needs the world, as in save(path, world=world, live=True), and a camera",
+            code="missing_value",
+        )
     names = [name for name, each in world.cameras.items() if each == frame.camera]
     carried = world.copy()
     if not names:

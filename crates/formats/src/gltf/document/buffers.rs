@@ -5,6 +5,8 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
+use raycam_scene::{Notice, NoticeCode};
+
 use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
 use crate::error::{FormatError, Result};
 use crate::gltf::document::container::Container;
@@ -110,7 +112,7 @@ impl<'a> Resources<'a> {
                 0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
                 _ => format!("{stride}, not a multiple of 4 from 4 to 252 (VALUE_NOT_IN_RANGE)"),
             };
-            diagnostics.note(format!("bufferViews[{i}].byteStride"), message);
+            diagnostics.note(NoticeCode::ReplacedValue, format!("bufferViews[{i}].byteStride"), message);
         }
         let extensions = &view.extensions;
         let compressed = [
@@ -220,7 +222,7 @@ pub(crate) fn read_uri(
     uri: &str,
     place: &str,
     assets: &mut AssetRoot,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<Notice>,
 ) -> Result<Vec<u8>> {
     let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
     if let Some(data) = uri.strip_prefix("data:") {

@@ -5,6 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
+use raycam_scene::NoticeCode;
 use serde::Deserialize;
 
 use crate::error::{FormatError, Result};
@@ -48,7 +49,7 @@ impl Container {
             return Self::from_chunks(source, length, diagnostics);
         }
         let start = if bytes.starts_with(b"\xef\xbb\xbf") {
-            diagnostics.note("the file", "begins with a byte order mark (INVALID_JSON)");
+            diagnostics.note(NoticeCode::InvalidFile, "the file", "begins with a byte order mark (INVALID_JSON)");
             3
         } else {
             0
@@ -84,7 +85,7 @@ impl Container {
                 }
                 _ => {
                     let message = "chunks of unknown kinds are not used (GLB_UNKNOWN_CHUNK_TYPE)";
-                    diagnostics.note("the file", message);
+                    diagnostics.note(NoticeCode::IgnoredElement, "the file", message);
                 }
             }
             at = end;
@@ -156,7 +157,7 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     if length < source.len() {
         let extra = source.len() - length;
         let message = format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
-        diagnostics.note("the file", message);
+        diagnostics.note(NoticeCode::TrailingData, "the file", message);
     }
     Ok(length)
 }
@@ -187,8 +188,7 @@ fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
     let code = match error.classify() {
-        _ if error.to_string().starts_with("invalid length") => "ARRAY_LENGTH_NOT_IN_LIST",
-        serde_json::error::Category::Data => "TYPE_MISMATCH or UNDEFINED_PROPERTY",
+        serde_json::error::Category::Data => "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY",
         _ => "INVALID_JSON",
     };
     match found {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use raycam_scene::NoticeCode;
+
 use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
 use crate::io::Diagnostics;
@@ -53,7 +55,7 @@ pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> 
     }
     for name in root.extensions_used.iter().filter(|name| !known(name)) {
         let message = format!("{name} is not read, and not required (UNSUPPORTED_EXTENSION)");
-        diagnostics.note("extensionsUsed", message);
+        diagnostics.note(NoticeCode::IgnoredFeature, "extensionsUsed", message);
     }
     Ok(())
 }

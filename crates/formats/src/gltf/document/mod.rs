@@ -11,7 +11,7 @@ pub(crate) mod memory_allowance;
 use std::io;
 use std::path::Path;
 
-use raycam_scene::SceneError;
+use raycam_scene::{Message, SceneError};
 
 use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
@@ -30,7 +30,7 @@ pub(crate) struct Document<'a> {
 
 impl Document<'_> {
     /// An error of this file; the message begins with the place in the document.
-    pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
+    pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
         FormatError::whole(self.path, message)
     }
 

@@ -1,5 +1,7 @@
 //! Sources of the attributes and indices of a primitive: accessors, or a Draco stream.
 
+use raycam_scene::NoticeCode;
+
 use crate::codec::draco;
 use crate::error::Result;
 use crate::gltf::document::Document;
@@ -34,7 +36,7 @@ impl<'a> AttributeSource<'a> {
                 Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => continue,
                 _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
             };
-            diagnostics.note(format!("{place}.attributes.{name}"), message);
+            diagnostics.note(NoticeCode::IgnoredFeature, format!("{place}.attributes.{name}"), message);
         }
         let mut decoded = None;
         if let Some(draco) = &primitive.extensions.draco {

@@ -1,6 +1,6 @@
 //! Vertex data that materials need.
 
-use raycam_scene::Mesh;
+use raycam_scene::{Mesh, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::document::Document;
@@ -39,7 +39,7 @@ impl MaterialRequirements {
         for set in self.sets.iter().filter(|&&set| mesh.uv_set(set).is_none()) {
             let message =
                 format!("its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)");
-            diagnostics.note(place, message);
+            diagnostics.note(NoticeCode::MissingValue, place, message);
         }
     }
 }

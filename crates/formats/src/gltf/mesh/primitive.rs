@@ -1,7 +1,7 @@
 //! Primitives of triangles as meshes.
 
 use glam::{DVec3, Vec3};
-use raycam_scene::Mesh;
+use raycam_scene::{Mesh, NoticeCode};
 
 use crate::error::Result;
 use crate::geometry::finite;
@@ -41,7 +41,11 @@ impl PrimitiveReader<'_> {
         let source = AttributeSource::new(self.document, self.place, self.primitive, self.assets, self.diagnostics)?;
         self.note_missing_bounds();
         let Some(positions) = source.elements("POSITION")? else {
-            self.diagnostics.note(self.place, "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)");
+            self.diagnostics.note(
+                NoticeCode::IgnoredElement,
+                self.place,
+                "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)",
+            );
             return Ok(None);
         };
         let count = positions.count;
@@ -64,8 +68,12 @@ impl PrimitiveReader<'_> {
         budget.take_elements(self.document.path, amount as u64)?;
         let (vertices, finite) = self.positions(window.slice(positions))?;
         let mut mesh = Mesh { vertices, triangles, ..Mesh::default() };
-        if !finite && let Some(notice) = finite::drop_non_finite(&mut mesh).notice() {
-            self.diagnostics.note(self.place, format!("{notice} (ACCESSOR_INVALID_FLOAT)"));
+        if !finite && let Some(message) = finite::drop_non_finite(&mut mesh).message() {
+            self.diagnostics.note(
+                NoticeCode::DroppedGeometry,
+                self.place,
+                format!("{message} (ACCESSOR_INVALID_FLOAT)"),
+            );
             if mesh.triangles.is_empty() {
                 return Ok(None);
             }
@@ -96,7 +104,11 @@ impl PrimitiveReader<'_> {
                     .fault(format!("{}.mode: {mode}, expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
-        self.diagnostics.note(self.place, format!("{what} are not shown: only triangles have a surface"));
+        self.diagnostics.note(
+            NoticeCode::IgnoredElement,
+            self.place,
+            format!("{what} are not shown: only triangles have a surface"),
+        );
         Ok(false)
     }
 
@@ -115,7 +127,7 @@ impl PrimitiveReader<'_> {
                  (MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS)"
             );
             let place = format!("{}.attributes.POSITION", self.place);
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(NoticeCode::InvalidFile, place, message);
         }
     }
 
@@ -131,12 +143,12 @@ impl PrimitiveReader<'_> {
             }
         };
         if triangles.is_empty() {
-            self.diagnostics.note(self.place, format!("{over} corners make no triangle"));
+            self.diagnostics.note(NoticeCode::DroppedGeometry, self.place, format!("{over} corners make no triangle"));
             return Ok(None);
         }
         if over > 0 {
             let message = "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
-            self.diagnostics.note(self.place, message);
+            self.diagnostics.note(NoticeCode::DroppedGeometry, self.place, message);
         }
         Ok(Some(triangles))
     }
@@ -179,7 +191,7 @@ impl PrimitiveReader<'_> {
     fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         let (document, place) = (self.document, self.place);
         if window.source.has("COLOR_1") {
-            self.diagnostics.note(place, "only the first set of vertex colours is used");
+            self.diagnostics.note(NoticeCode::FirstOnly, place, "only the first set of vertex colours is used");
         }
         let Some(elements) = window.elements("COLOR_0")? else { return Ok(()) };
         let mut clamped = false;
@@ -208,7 +220,7 @@ impl PrimitiveReader<'_> {
         if clamped {
             let message = "colours outside 0 to 1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
             let place = format!("{place}.attributes.COLOR_0");
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(NoticeCode::ClampedValue, place, message);
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Morph targets and joints of a primitive's vertices.
 
+use raycam_scene::NoticeCode;
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
 use crate::error::Result;
@@ -61,7 +62,7 @@ impl VertexWindow<'_> {
                     let colors = elements.floats::<4>()?;
                     target.colors = Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
                 }
-                _ => diagnostics.note(format!("{place}.{name}"), "is not morphed"),
+                _ => diagnostics.note(NoticeCode::IgnoredAnimation, format!("{place}.{name}"), "is not morphed"),
             }
         }
         Ok(target)

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use raycam_scene::NoticeCode;
 use raycam_scene::animation::{
     Animation, AnimationSampler, AnimationTarget, Channel, Node, SamplerInterpolation, Transform,
 };
@@ -56,7 +57,11 @@ impl Builder<'_, '_> {
                     None => {
                         let found = document.resolve_pointer(pointer);
                         if found.is_none() {
-                            self.diagnostics.note(place, format!("{pointer} is not animated"));
+                            self.diagnostics.note(
+                                NoticeCode::IgnoredAnimation,
+                                place,
+                                format!("{pointer} is not animated"),
+                            );
                         }
                         let mut found = found.unwrap_or_default();
                         // Weights of a mesh without morph targets have no effect.
@@ -69,7 +74,7 @@ impl Builder<'_, '_> {
             }
             (path, _, Some(node)) => (node, path),
             (_, _, None) => {
-                self.diagnostics.note(place, "a channel without a target moves nothing");
+                self.diagnostics.note(NoticeCode::IgnoredAnimation, place, "a channel without a target moves nothing");
                 return Ok(Vec::new());
             }
         };
@@ -82,13 +87,17 @@ impl Builder<'_, '_> {
             "weights" if found.weights.is_empty() => {
                 let message = "a channel of weights of a node without morph targets \
                                (ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS)";
-                self.diagnostics.note(place, message);
+                self.diagnostics.note(NoticeCode::IgnoredAnimation, place, message);
                 return Ok(Vec::new());
             }
             "weights" => AnimationTarget::Weights(node),
             "extensions/KHR_node_visibility/visible" => AnimationTarget::Visible(node),
             path => {
-                self.diagnostics.note(place, format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)"));
+                self.diagnostics.note(
+                    NoticeCode::IgnoredAnimation,
+                    place,
+                    format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)"),
+                );
                 return Ok(Vec::new());
             }
         };
@@ -99,7 +108,7 @@ impl Builder<'_, '_> {
         if of_transform && matches!(found.transform, Transform::Matrix(_)) {
             let message = "a node with a matrix cannot be animated \
                            (ANIMATION_CHANNEL_TARGET_NODE_MATRIX)";
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(NoticeCode::InvalidFile, place, message);
             return Ok(Vec::new());
         }
         Ok(vec![target])

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
-use raycam_scene::{Camera, PixelCenter};
+use raycam_scene::{Camera, NoticeCode, PixelCenter};
 
 use crate::error::Result;
 use crate::gltf::json;
@@ -36,11 +36,19 @@ impl Builder<'_, '_> {
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
-                self.diagnostics.note(&place, "its node mirrors or shears it, which is left out of its pose");
+                self.diagnostics.note(
+                    NoticeCode::RepairedPose,
+                    &place,
+                    "its node mirrors or shears it, which is left out of its pose",
+                );
                 pose
             }
             None => {
-                self.diagnostics.note(&place, "its node flattens it: the camera is left out");
+                self.diagnostics.note(
+                    NoticeCode::IgnoredElement,
+                    &place,
+                    "its node flattens it: the camera is left out",
+                );
                 return Ok(None);
             }
         };
@@ -89,7 +97,7 @@ impl Builder<'_, '_> {
                 if x < 0.0 || y < 0.0 {
                     let message = "a negative magnification is taken as positive \
                                    (CAMERA_XMAG_YMAG_NEGATIVE)";
-                    self.diagnostics.note(place, message);
+                    self.diagnostics.note(NoticeCode::ReplacedValue, place, message);
                 }
                 let half = [x.abs(), y.abs()];
                 let size = image_size(half[0] / half[1]);

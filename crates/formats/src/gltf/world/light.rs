@@ -6,8 +6,8 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
-use raycam_scene::Light;
 use raycam_scene::animation::NodeLight;
+use raycam_scene::{Light, NoticeCode};
 
 use crate::error::Result;
 use crate::gltf::world::builder::Builder;
@@ -31,13 +31,17 @@ impl Builder<'_, '_> {
         let intensity = self.number(&format!("{place}.intensity"), json.intensity, NON_NEGATIVE);
         let power = color.map(|v| v * intensity);
         if json.range.is_some() {
-            self.diagnostics.note(&place, "range is a hint to cut light off, which is not followed");
+            self.diagnostics.note(
+                NoticeCode::IgnoredFeature,
+                &place,
+                "range is a hint to cut light off, which is not followed",
+            );
         }
         let position = world_from_node.translation.to_array();
         // Light leaves along -z; scale does not matter.
         let direction = -world_from_node.matrix3.z_axis;
         let Some(direction) = direction.try_normalize() else {
-            self.diagnostics.note(&place, "its node flattens it: the light is left out");
+            self.diagnostics.note(NoticeCode::IgnoredElement, &place, "its node flattens it: the light is left out");
             return Ok(None);
         };
         let light = match &json.kind[..] {

@@ -1,6 +1,6 @@
 //! Materials: metallic-roughness and the extensions that add to it.
 
-use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot, Textured};
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured};
 
 use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
@@ -265,7 +265,7 @@ impl Builder<'_, '_> {
     pub(crate) fn numbers<const N: usize>(&mut self, place: &str, values: [f64; N], [low, high]: [f64; 2]) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
             let message = format!("{values:?} is clamped to the range {low} to {high} (VALUE_NOT_IN_RANGE)");
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(NoticeCode::ClampedValue, place, message);
         }
         values.map(|v| v.clamp(low, high) as f32)
     }

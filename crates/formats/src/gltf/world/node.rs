@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Transform};
 use raycam_scene::world::Variant;
-use raycam_scene::{Mesh, Object, World};
+use raycam_scene::{Mesh, NoticeCode, Object, World};
 
 use crate::error::Result;
 use crate::gltf::document::Document;
@@ -33,7 +33,7 @@ impl Builder<'_, '_> {
         let mut rig = NodeTree { skins: self.skins()?, ..NodeTree::default() };
         for (i, node) in nodes.iter().enumerate() {
             if let Some(message) = node.transform_warning() {
-                self.diagnostics.note(format!("nodes[{i}]"), message);
+                self.diagnostics.note(NoticeCode::InvalidFile, format!("nodes[{i}]"), message);
             }
             rig.nodes.push(rig::Node {
                 parent: tree.parents[i],
@@ -95,7 +95,7 @@ impl Builder<'_, '_> {
             }));
         }
         if !visible && (node.mesh.is_some() || node.extensions.light.is_some()) {
-            self.diagnostics.note(&place, "hidden, as KHR_node_visibility says");
+            self.diagnostics.note(NoticeCode::HiddenPart, &place, "hidden, as KHR_node_visibility says");
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
@@ -127,13 +127,13 @@ impl Builder<'_, '_> {
                 scene.name,
                 root.scenes.len()
             );
-            self.diagnostics.note("scenes", message);
+            self.diagnostics.note(NoticeCode::FirstOnly, "scenes", message);
         }
         for (i, &node) in scene.nodes.iter().enumerate() {
             let place = format!("scenes[{index}].nodes[{i}]");
             document.get(&root.nodes, node, &place)?;
             if tree.parents[node].is_some() {
-                self.diagnostics.note(place, "a node that has a parent (SCENE_NON_ROOT_NODE)");
+                self.diagnostics.note(NoticeCode::InvalidFile, place, "a node that has a parent (SCENE_NON_ROOT_NODE)");
             }
         }
         Ok(scene.nodes.clone())
@@ -183,7 +183,7 @@ impl Builder<'_, '_> {
                     }
                     None => {
                         let message = "its transform makes it a line or a point: nothing to see";
-                        self.diagnostics.note(place, message);
+                        self.diagnostics.note(NoticeCode::DroppedGeometry, place, message);
                         continue;
                     }
                 }
@@ -248,7 +248,7 @@ impl Builder<'_, '_> {
         for (name, &index) in attributes {
             let place = format!("{place}.{name}");
             if !matches!(&name[..], "TRANSLATION" | "ROTATION" | "SCALE") {
-                self.diagnostics.note(place, "not used");
+                self.diagnostics.note(NoticeCode::IgnoredKey, place, "not used");
                 continue;
             }
             let elements = document.elements(index, &place)?;

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use raycam_scene::{Image, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
+use raycam_scene::{Image, NoticeCode, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::gltf::document::buffers;
@@ -47,7 +47,7 @@ impl Builder<'_, '_> {
             [&extensions.basisu, &extensions.webp].into_iter().find_map(|extension| extension.as_ref()?.source);
         let sources: Vec<usize> = better.into_iter().chain(texture.source).collect();
         if sources.is_empty() {
-            self.diagnostics.note(place, "no image: the material does without it");
+            self.diagnostics.note(NoticeCode::MissingValue, place, "no image: the material does without it");
             return Ok(None);
         }
         let mut image = None;
@@ -73,7 +73,7 @@ impl Builder<'_, '_> {
         let found = all.get(index);
         if found.is_none() {
             let message = format!("{index}, but there are {} (UNRESOLVED_REFERENCE): left out", all.len());
-            self.diagnostics.note(place.to_owned(), message);
+            self.diagnostics.note(NoticeCode::IgnoredElement, place.to_owned(), message);
         }
         found
     }
@@ -94,7 +94,11 @@ impl Builder<'_, '_> {
                 let text = error.to_string();
                 let text = text.strip_prefix(&format!("{}: ", self.document.path.display())).unwrap_or(&text);
                 let text = text.strip_prefix(&format!("images[{index}]: ")).unwrap_or(text);
-                self.diagnostics.note(format!("images[{index}]"), format!("left out: {text}"));
+                self.diagnostics.note(
+                    NoticeCode::UnreadableFile,
+                    format!("images[{index}]"),
+                    format!("left out: {text}"),
+                );
                 None
             }
             Err(error) => return Err(error),
@@ -147,7 +151,7 @@ impl Builder<'_, '_> {
         use TexelFilter::{Linear, Nearest};
         let mut unknown = |name: &str, code: u32, usual: &str| {
             let message = format!("{code} (VALUE_NOT_IN_LIST): taken as {usual}");
-            self.diagnostics.note(format!("{place}.{name}"), message);
+            self.diagnostics.note(NoticeCode::ReplacedValue, format!("{place}.{name}"), message);
         };
         let mut wrap = |name, code| match code {
             None | Some(10497) => Wrap::Repeat,

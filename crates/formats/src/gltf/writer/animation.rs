@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use raycam_scene::NoticeCode;
 use raycam_scene::animation::{
     Animation, AnimationSampler, AnimationTarget, MaterialProperty, NodeTree, SamplerInterpolation,
 };
@@ -25,7 +26,10 @@ impl Writer<'_> {
                 let weights = matches!(channel.target, AnimationTarget::Weights(_));
                 let targets = self.channel_targets(channel.target, rig);
                 if targets.is_empty() {
-                    self.note(format!("animation {:?}: a channel moves nothing that is there", animation.name));
+                    self.note(
+                        NoticeCode::IgnoredAnimation,
+                        format!("animation {:?}: a channel moves nothing that is there", animation.name),
+                    );
                     continue;
                 }
                 let key = (Arc::as_ptr(&channel.sampler), rotation, weights);
@@ -38,7 +42,10 @@ impl Writer<'_> {
                 }
             }
             if channels.is_empty() {
-                self.note(format!("animation {:?} is left out: nothing of it is there", animation.name));
+                self.note(
+                    NoticeCode::IgnoredAnimation,
+                    format!("animation {:?} is left out: nothing of it is there", animation.name),
+                );
                 continue;
             }
             let Animation { name, .. } = animation;

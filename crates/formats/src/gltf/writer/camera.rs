@@ -1,8 +1,8 @@
 //! Cameras: perspective and orthographic, with what glTF has no words for told.
 
 use glam::DAffine3;
-use raycam_scene::Lens;
 use raycam_scene::camera::{Center, NamedCamera, intrinsics_from_focal};
+use raycam_scene::{Lens, NoticeCode};
 use serde_json::json;
 
 use crate::gltf::world::camera::{flip_yz, image_size};
@@ -46,13 +46,16 @@ impl Writer<'_> {
                 ("orthographic", lens)
             }
             Center::Infinity => {
-                self.note(format!("camera {name:?}: its centre lies at infinity: left out, glTF has no such thing"));
+                self.note(
+                    NoticeCode::NotWritten,
+                    format!("camera {name:?}: its centre lies at infinity: left out, glTF has no such thing"),
+                );
                 return None;
             }
         };
         if !lost.is_empty() {
             let lost = lost.join(", ");
-            self.note(format!("camera {name:?}: {lost}: left out, glTF has no such thing"));
+            self.note(NoticeCode::NotWritten, format!("camera {name:?}: {lost}: left out, glTF has no such thing"));
         }
         let json = json!({ "name": name, "type": kind, kind: lens });
         let index = self.push("cameras", json);

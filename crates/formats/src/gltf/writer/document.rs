@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use raycam_scene::{Image, Mesh, TextureSampler, World};
+use raycam_scene::{Image, Mesh, Notice, NoticeCode, TextureSampler, World};
 use serde_json::{Map, Value, json};
 
 use crate::gltf::writer::binary::BinaryChunk;
@@ -21,7 +21,7 @@ pub(crate) struct Writer<'a> {
     /// For each light: its definition in the node tree, and its index in the document. Cameras likewise.
     pub(crate) light_definition: Vec<(usize, usize)>,
     pub(crate) camera_definition: Vec<(usize, usize)>,
-    pub(crate) notices: Vec<String>,
+    pub(crate) notices: Vec<Notice>,
 }
 
 /// Meshes that are written.
@@ -53,7 +53,8 @@ impl Writer<'_> {
     }
 
     /// Adds a notice, unless it is there already.
-    pub(crate) fn note(&mut self, notice: String) {
+    pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
+        let notice = Notice::new(code, message);
         if !self.notices.contains(&notice) {
             self.notices.push(notice);
         }

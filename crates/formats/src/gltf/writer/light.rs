@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use raycam_scene::Light;
+use raycam_scene::{Light, NoticeCode};
 use serde_json::{Value, json};
 
 use crate::gltf::writer::document::Writer;
@@ -25,7 +25,7 @@ impl Writer<'_> {
             Light::Sun { direction, irradiance, angular_diameter } => {
                 if *angular_diameter > 0.0 {
                     let message = "its angular diameter is left out: glTF's suns are points";
-                    self.note(format!("light {number}: {message}"));
+                    self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let json = json!({ "type": "directional" });
                 (json, *irradiance, DVec3::ZERO, DVec3::from(*direction))
@@ -33,7 +33,7 @@ impl Writer<'_> {
             Light::Point { position, power, intensity, radius } => {
                 if *radius > 0.0 {
                     let message = "its radius is left out: glTF's bulbs are points";
-                    self.note(format!("light {number}: {message}"));
+                    self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let rgb = spread(*power, *intensity, 4.0 * PI).unwrap_or_default();
                 let json = json!({ "type": "point" });
@@ -56,7 +56,7 @@ impl Writer<'_> {
                 let kind = kind.and_then(|object| object.keys().next().cloned());
                 let kind = kind.unwrap_or_default();
                 let message = format!("{kind} is left out: KHR_lights_punctual has no such light");
-                self.note(format!("light {number}: {message}"));
+                self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 return None;
             }
         };

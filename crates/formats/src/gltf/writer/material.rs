@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{Alpha, Image, Material, NormalMap, Principled, Texels, TextureSlot, Textured};
+use raycam_scene::{Alpha, Image, Material, NormalMap, NoticeCode, Principled, Texels, TextureSlot, Textured};
 use serde_json::{Map, Value, json};
 
 use crate::error::Result;
@@ -214,7 +214,7 @@ impl Writer<'_> {
                     if !same {
                         let message = "roughness and metalness are placed differently on the mesh: \
                                        the texture of roughness is left out";
-                        self.note(format!("material {name:?}: {message}"));
+                        self.note(NoticeCode::NotWritten, format!("material {name:?}: {message}"));
                     }
                     same
                 });

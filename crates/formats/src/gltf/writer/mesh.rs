@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use raycam_scene::Mesh;
 use raycam_scene::animation::{DeformableMesh, MorphTarget};
+use raycam_scene::{Mesh, NoticeCode};
 use serde_json::{Map, Value, json};
 
 use crate::gltf::writer::binary::BufferTarget::Vertices;
@@ -67,7 +67,10 @@ impl Writer<'_> {
         let rounding = rounding.fold(0.0, f64::max);
         if rounding > 0.0 {
             let moved = if rounding < 1e-6 { "less than a millionth".into() } else { format!("up to {rounding:.1e}") };
-            self.note(format!("positions are rounded to float32, by {moved} of their unit"));
+            self.note(
+                NoticeCode::ApproximatedValue,
+                format!("positions are rounded to float32, by {moved} of their unit"),
+            );
         }
         let Some(slots) = &mesh.material_slots else {
             let corners = mesh.triangles.as_flattened().to_vec();
@@ -75,7 +78,7 @@ impl Writer<'_> {
         };
         if !slots.is_sorted() {
             let message = "triangles of several materials are numbered anew, material by material";
-            self.note(message.into());
+            self.note(NoticeCode::Renamed, message);
         }
         let mut primitives = Vec::new();
         for slot in 0..mesh.slot_count() {

@@ -16,7 +16,7 @@ pub(crate) mod transform;
 use std::collections::{BTreeMap, BTreeSet};
 
 use raycam_scene::render_options::RenderOptions;
-use raycam_scene::{Up, World};
+use raycam_scene::{Notice, NoticeCode, Up, World};
 use serde_json::{Map, Value, json};
 
 use self::binary::BinaryChunk;
@@ -30,7 +30,7 @@ use crate::error::{FormatError, Result};
 ///
 /// # Errors
 /// [`FormatError::Encode`] where it would be longer than 4 GiB, which GLB cannot be.
-pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>)> {
+pub fn write(world: &World) -> Result<(Vec<u8>, Vec<Notice>)> {
     let mut writer = Writer {
         world,
         binary: BinaryChunk::default(),
@@ -54,7 +54,7 @@ pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>)> {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let up = json!({ "name": "y up", "rotation": [-half, 0.0, 0.0, half], "children": roots });
         roots = vec![writer.push("nodes", up)];
-        writer.note("z is up, which glTF does not have: a node above all turns it to y".into());
+        writer.note(NoticeCode::ConvertedUpAxis, "z is up, which glTF does not have: a node above all turns it to y");
     }
     if let Some(rig) = &rig {
         writer.animations(rig);
@@ -67,29 +67,29 @@ impl Writer<'_> {
     fn note_unsupported(&mut self) {
         let world = self.world;
         if world.video.is_some() {
-            self.note("[video] is left out: glTF's animations move nodes, not by orbits".into());
+            self.note(NoticeCode::NotWritten, "[video] is left out: glTF's animations move nodes, not by orbits");
         }
         if world.render != RenderOptions::default() {
-            self.note("[render] is left out: glTF does not say how to render".into());
+            self.note(NoticeCode::NotWritten, "[render] is left out: glTF does not say how to render");
         }
         let hidden = world.objects.iter().filter(|object| !object.visible).count();
         if hidden > 0 {
-            self.note(format!("{hidden} objects that are not visible are left out"));
+            self.note(NoticeCode::NotWritten, format!("{hidden} objects that are not visible are left out"));
         }
         let catchers = world.objects.iter().filter(|object| object.shadow_catcher).count();
         if catchers > 0 {
-            self.note(format!("{catchers} shadow catchers are surfaces like others there"));
+            self.note(NoticeCode::NotWritten, format!("{catchers} shadow catchers are surfaces like others there"));
         }
         let backed = world.cameras.iter().filter(|named| named.camera.background().is_some()).count();
         if backed > 0 {
-            self.note(format!("the backgrounds of {backed} cameras are left out"));
+            self.note(NoticeCode::NotWritten, format!("the backgrounds of {backed} cameras are left out"));
         }
         if world.objects.iter().any(|object| object.category.is_some()) {
-            self.note("categories of objects are left out".into());
+            self.note(NoticeCode::NotWritten, "categories of objects are left out");
         }
     }
 
-    fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
+    fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<Notice>)> {
         let generator = format!("raycam {}", env!("CARGO_PKG_VERSION"));
         let mut root = Map::new();
         root.insert("asset".into(), json!({ "version": "2.0", "generator": generator }));
@@ -134,7 +134,7 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     }
     let total = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
     let length = u32::try_from(total)
-        .map_err(|_| FormatError::Encode(format!("GLB: {total} bytes, and no file has more than 4 GiB")))?;
+        .map_err(|_| FormatError::encode(format!("GLB: {total} bytes, and no file has more than 4 GiB")))?;
     let mut file = Vec::with_capacity(total);
     file.extend(b"glTF");
     file.extend(2_u32.to_le_bytes());

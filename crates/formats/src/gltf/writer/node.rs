@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::DAffine3;
-use raycam_scene::World;
 use raycam_scene::animation::{Node, NodeTree, Transform};
+use raycam_scene::{NoticeCode, World};
 use serde_json::{Map, Value, json};
 
 use crate::gltf::writer::document::Writer;
@@ -81,7 +81,7 @@ impl Writer<'_> {
         if rested.as_ref().is_some_and(same) {
             return Some(rig);
         }
-        self.note("a moment of an animation: written as it stands, without the animation".into());
+        self.note(NoticeCode::NotWritten, "a moment of an animation: written as it stands, without the animation");
         None
     }
 

@@ -1,6 +1,6 @@
 //! How surfaces reflect, in the terms of glTF.
 
-use raycam_scene::{Material, MaterialModel, Principled};
+use raycam_scene::{Material, MaterialModel, NoticeCode, Principled};
 
 use crate::gltf::writer::document::Writer;
 
@@ -10,9 +10,10 @@ impl Writer<'_> {
     pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         if material.priority != 0 {
-            self.note(format!(
-                "material {name:?}: its priority among overlapping bodies: left out, glTF has no such thing"
-            ));
+            self.note(
+                NoticeCode::NotWritten,
+                format!("material {name:?}: its priority among overlapping bodies: left out, glTF has no such thing"),
+            );
         }
         match &material.model {
             MaterialModel::Unlit => (color, None),
@@ -20,10 +21,13 @@ impl Writer<'_> {
             MaterialModel::Phong { diffuse, specular, shininess } => {
                 let mut principled = Principled { metallic: 0.0.into(), specular: 0.0.into(), ..Principled::default() };
                 if *specular != [0.0; 3] {
-                    self.note(format!(
-                        "material {name:?}: its Phong lobe of exponent {shininess} becomes roughness, which looks \
+                    self.note(
+                        NoticeCode::ApproximatedValue,
+                        format!(
+                            "material {name:?}: its Phong lobe of exponent {shininess} becomes roughness, which looks \
                          alike only"
-                    ));
+                        ),
+                    );
                     // As wide as the lobe: B. Walter et al., EGSR 2007, has alpha² = 2 / (n + 2) for Blinn-Phong.
                     let alpha = (2.0 / (shininess + 2.0)).sqrt();
                     principled.roughness = alpha.sqrt().into();
@@ -34,7 +38,10 @@ impl Writer<'_> {
                 (color.map(|v| v * diffuse), Some(principled))
             }
             MaterialModel::Metal(metal) => {
-                self.note(format!("material {name:?}: its index of refraction becomes its colour along the normal"));
+                self.note(
+                    NoticeCode::ApproximatedValue,
+                    format!("material {name:?}: its index of refraction becomes its colour along the normal"),
+                );
                 let along = |i: usize| {
                     let (n, k) = (metal.ior[i], metal.extinction[i]);
                     ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)

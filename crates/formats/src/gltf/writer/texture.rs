@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;
-use raycam_scene::{Image, TexelFilter, Texels, TextureSampler, TextureSlot, Wrap};
+use raycam_scene::{Image, NoticeCode, TexelFilter, Texels, TextureSampler, TextureSlot, Wrap};
 use serde_json::{Map, Value, json};
 
 use crate::encode::png::{self, Samples};
@@ -107,9 +107,9 @@ impl Writer<'_> {
             })
             .collect();
         if outside {
-            self.note(format!("image {name:?}: values outside 0 to 1 are clamped"));
+            self.note(NoticeCode::ClampedValue, format!("image {name:?}: values outside 0 to 1 are clamped"));
         } else {
-            self.note(format!("image {name:?}: rounded to 16 bits a channel"));
+            self.note(NoticeCode::ApproximatedValue, format!("image {name:?}: rounded to 16 bits a channel"));
         }
         let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
         let (samples, channels) = pack_channels(&texels, opaque);
@@ -130,7 +130,7 @@ impl Writer<'_> {
         let rotation = if width > 0.0 { (-c).atan2(a) } else { (b * height.signum()).atan2(d * height.signum()) };
         if (a * b + c * d).abs() > 1e-5 * width * height.abs() {
             let message = "a texture's coordinates are sheared, which glTF does not have: left out";
-            self.note(message.into());
+            self.note(NoticeCode::NotWritten, message);
         }
         let mut rotation = rotation;
         // A half turn is a mirror of both axes: the plainer of two ways to say it.

@@ -8,7 +8,7 @@ mod scan;
 use std::io::Cursor;
 
 use ::image::codecs::jpeg::JpegDecoder;
-use raycam_scene::Image;
+use raycam_scene::{Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -26,10 +26,13 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
         Ok(())
     })?;
     if missing.scans {
-        file.notice("its last scans are missing: coarser than it was made");
+        file.notice(NoticeCode::TruncatedData, "its last scans are missing: coarser than it was made");
     }
     if let Some(number) = missing.end_of {
-        file.notice(format!("scan {number} ends within its last blocks; what is missing there is made up"));
+        file.notice(
+            NoticeCode::TruncatedData,
+            format!("scan {number} ends within its last blocks; what is missing there is made up"),
+        );
     }
     Ok(image)
 }

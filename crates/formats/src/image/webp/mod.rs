@@ -7,7 +7,7 @@ mod lossless;
 use std::io::Cursor;
 
 use ::image::codecs::webp::WebPDecoder;
-use raycam_scene::Image;
+use raycam_scene::{Image, NoticeCode};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
@@ -24,7 +24,7 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = WebPDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     if decoder.has_animation() {
-        file.notice("an animation, of which only the first picture is read");
+        file.notice(NoticeCode::FirstOnly, "an animation, of which only the first picture is read");
     }
     decode_checked(file, decoder, |file| {
         let message = "its picture ends early or is damaged";

@@ -110,7 +110,7 @@ fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
     let out = format!("mtllib ../green.mtl\nusemtl g\n{TRIANGLE}");
     fs::write(around.join("other/out.obj"), out).unwrap();
     let model = files.mesh("../other/out.obj").unwrap();
-    let said = &model.notices[0];
+    let said = &model.notices[0].message;
     assert!(said.contains("it leads out of the folder"), "{said}");
 }
 
@@ -136,7 +136,7 @@ fn names_in_a_mesh_start_from_its_own_folder() {
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
     // Asked for by itself, its own folder is the outermost.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
-    assert!(world.notices[0].contains("it leads out of the folder"), "{:?}", world.notices);
+    assert!(world.notices[0].message.contains("it leads out of the folder"), "{:?}", world.notices);
 }
 
 #[test]

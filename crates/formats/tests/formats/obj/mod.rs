@@ -2,7 +2,7 @@ mod mtl;
 
 use raycam_formats::{Budget, read_model};
 
-use crate::support::{area, data, error, mesh, message, model, mutations, truncations, vector_area};
+use crate::support::{area, data, error, mesh, message, model, mutations, texts, truncations, vector_area};
 
 const CUBE: &str = "\
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
@@ -99,7 +99,7 @@ fn parts_are_made_by_o_and_slots_by_usemtl() {
     // Each part has its own vertices alone.
     assert_eq!(model.parts[0].mesh.vertices.len(), 3);
     assert_eq!(model.parts[1].mesh.vertices[0].to_array(), [5.0; 3]);
-    assert!(model.notices.iter().any(|n| n.contains("red, blue")), "{:?}", model.notices);
+    assert!(model.notices.iter().any(|n| n.message.contains("red, blue")), "{:?}", model.notices);
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn vertex_colours_are_srgb() {
     assert_eq!((colors[0][0], colors[1], colors[2]), (1.0, [0.0; 3], [1.0; 3]));
     let model = read_model(&data("nancolor.obj"), &Budget::default()).unwrap();
     assert!(model.parts[0].mesh.vertex_colors.is_none());
-    assert!(model.notices[0].contains(":7: a vertex colour outside 0 to 1"), "{:?}", model.notices);
+    assert!(model.notices[0].message.contains(":7: a vertex colour outside 0 to 1"), "{:?}", model.notices);
 }
 
 #[test]
@@ -138,7 +138,11 @@ fn lines_may_go_on_and_end_as_on_every_system() {
 fn what_is_not_used_is_named_once() {
     let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
     assert_eq!(model.parts[0].mesh.triangles.len(), 12);
-    assert!(model.notices[0].contains("not used: l (lines) (line 15), p (points) (line 23)"), "{:?}", model.notices);
+    assert!(
+        model.notices[0].message.contains("not used: l (lines) (line 15), p (points) (line 23)"),
+        "{:?}",
+        model.notices
+    );
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
     assert_eq!(skipped, "a.obj: not used: curv2 (line 5)");
 }
@@ -174,7 +178,7 @@ fn smoothing_groups_give_normals() {
     let given = self::mesh("a.obj", format!("{bare}vn 1 0 0\ns 1\nf 1//1 2//1 3//1\n"));
     assert_eq!(given.normals.unwrap(), [[1.0, 0.0, 0.0]; 3]);
     let odd = model("a.obj", format!("{bare}s round\nf 1 2 3\ns 1.5\nf 1 2 3\n")).notices;
-    assert_eq!(odd, ["a.obj:4 and 1 more: s \"round\" is taken as off, expected a smoothing group or off"]);
+    assert_eq!(texts(&odd), ["a.obj:4, 6: s \"round\" is taken as off, expected a smoothing group or off"]);
 }
 
 #[test]
@@ -192,7 +196,12 @@ fn groups_make_parts_where_nothing_else_does() {
 }
 
 fn model_notices(extra: &str) -> String {
-    model("a.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{extra}")).notices.join("\n")
+    model("a.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{extra}"))
+        .notices
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 #[test]
@@ -203,14 +212,14 @@ fn faces_of_one_or_two_corners_are_skipped() {
     assert_eq!(read.parts[0].mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
     assert_eq!(read.parts[0].mesh.uvs, None);
     assert_eq!(
-        read.notices[0].rsplit('/').next().unwrap(),
+        read.notices[0].message.rsplit('/').next().unwrap(),
         "a.obj: faces of fewer than 3 corners are skipped: 3, the first in line 6"
     );
     // A face in each of many stretches of the file, which are read apart.
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
-    assert!(long.notices[0].ends_with("skipped: 40000, the first in line 7"));
+    assert!(long.notices[0].message.ends_with("skipped: 40000, the first in line 7"));
 }
 
 #[test]
@@ -220,7 +229,7 @@ fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
     let read = model("a.obj", format!("{four}s 1\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 4/9/9\n"));
     assert_eq!(read.parts[0].mesh, plain.parts[0].mesh);
     assert_eq!(
-        read.notices,
+        texts(&read.notices),
         [
             "a.obj:7: f: texture coordinate 9, but the file has no texture coordinates; it is shown without them",
             "a.obj:7: f: normal 9, but the file has no normals; it is shown without them",
@@ -291,10 +300,10 @@ fn faces_on_vertices_that_are_not_finite_are_left_out() {
         let unused = model("a.obj", format!("{three}v {odd}\nf 1 2 3\n"));
         assert_eq!(area(&unused.parts[0].mesh), 0.5);
         let expected = "a.obj: vertices that are not finite, and that no face uses: 1";
-        assert_eq!(unused.notices, [expected]);
+        assert_eq!(texts(&unused.notices), [expected]);
         let used = model("a.obj", format!("{three}v {odd}\nv 1 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 4 5\nf 2 5 3\n"));
         assert_eq!(area(&used.parts[0].mesh), 1.0, "{odd}");
-        assert_eq!(used.notices, ["a.obj: faces with vertices that are not finite are left out: 2"]);
+        assert_eq!(texts(&used.notices), ["a.obj: faces with vertices that are not finite are left out: 2"]);
     }
 }
 
@@ -306,8 +315,8 @@ fn attributes_that_are_not_finite_are_ignored() {
     let mesh = &model.parts[0].mesh;
     assert_eq!(mesh.uvs.as_deref(), Some(&[[0.0, 1.0], [0.0, 1.0], [0.5, 0.5]][..]));
     assert_eq!(mesh.normals.as_deref(), Some(&[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]][..]));
-    let [uvs, normals] = &model.notices[..] else { panic!("{:?}", model.notices) };
-    assert!(uvs.starts_with("a.obj:4 and 1 more: vt NaN 0 is not finite: taken as 0 0"), "{uvs}");
+    let [uvs, normals] = &texts(&model.notices)[..] else { panic!("{:?}", model.notices) };
+    assert!(uvs.starts_with("a.obj:4, 5: vt NaN 0 is not finite: taken as 0 0"), "{uvs}");
     assert!(normals.starts_with("a.obj:7: vn with numbers that are not finite"), "{normals}");
 }
 
@@ -316,7 +325,7 @@ fn vertex_colours_of_other_scales_are_read_or_clamped() {
     let colors = |rows: [&str; 3]| {
         let [a, b, c] = rows;
         let model = model("a.obj", format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n"));
-        (model.parts[0].mesh.vertex_colors.clone().unwrap(), model.notices.join("\n"))
+        (model.parts[0].mesh.vertex_colors.clone().unwrap(), texts(&model.notices).join("\n"))
     };
     let unit = colors(["0.2 0.4 0.8", "1 1 1", "0 0 0"]);
     let bytes = colors(["51 102 204", "255 255 255", "0 0 0"]);
@@ -334,7 +343,7 @@ fn vertex_colours_of_other_scales_are_read_or_clamped() {
     assert_eq!(painted.parts[0].mesh.vertex_colors.as_deref(), Some(&primary[..]));
     assert!(painted.notices.is_empty(), "{:?}", painted.notices);
     let short = model("a.obj", format!("{three}#MRGB ffff0000\nf 1 2 3\n"));
-    assert_eq!(short.notices, ["a.obj: 1 colours in #MRGB comments for 3 vertices are not used"]);
+    assert_eq!(texts(&short.notices), ["a.obj: 1 colours in #MRGB comments for 3 vertices are not used"]);
 }
 
 #[test]
@@ -349,7 +358,8 @@ fn one_of_two_sources_of_colour_is_used() {
         std::fs::write(&path, format!("{head}{faces}")).unwrap();
         read_model(&path, &Budget::default()).unwrap()
     };
-    let told = |model: &raycam_scene::MeshFile, words: &str| model.notices.iter().any(|notice| notice.contains(words));
+    let told =
+        |model: &raycam_scene::MeshFile, words: &str| model.notices.iter().any(|notice| notice.message.contains(words));
     // Vertex colours before Kd, and Kd where there are none.
     let kd = read("o a\nusemtl kd\nf 1 2 3\no b\nusemtl kd\nf 4 5 6\n");
     assert!(told(&kd, "vertex colours are used in the place of Kd and Ks: 1 materials"), "{:?}", kd.notices);

@@ -2,9 +2,9 @@ use std::fs;
 
 use raycam_formats::{Budget, load, read_model};
 use raycam_scene::color::linear_from_srgb;
-use raycam_scene::{Alpha, MaterialModel, MeshFile, Texels, Wrap};
+use raycam_scene::{Alpha, MaterialModel, MeshFile, NoticeCode, Texels, Wrap};
 
-use crate::support::{folder, message, rgb};
+use crate::support::{folder, message, rgb, texts};
 
 /// A triangle with a material of this file, in a new folder with a texture.
 fn model(mtl: &str) -> Result<MeshFile, String> {
@@ -38,7 +38,7 @@ fn within(budget: &Budget, mtl: &str) -> Result<MeshFile, String> {
 }
 
 fn notices(mtl: &str) -> String {
-    model(mtl).unwrap().notices.join("\n")
+    texts(&model(mtl).unwrap().notices).join("\n")
 }
 
 #[test]
@@ -59,7 +59,8 @@ fn what_programs_write_and_do_not_mean_is_taken_as_meant() {
     let [notice] = &model.notices[..] else {
         panic!("{:?}", model.notices);
     };
-    assert!(notice.contains(":3: Tr is 1"), "{notice}");
+    assert_eq!(notice.code, NoticeCode::AssumedConvention, "{notice}");
+    assert!(notice.message.contains(":3: Tr is 1"), "{notice}");
     let found = notices("newmtl m 1\nmap_Kd -colorspace linear wood.png\n");
     assert!(found.contains("\"-colorspace linear\" is not applied"), "{found}");
 }
@@ -122,7 +123,7 @@ fn no_more_light_comes_back_than_falls_in() {
     let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
     let MaterialModel::Phong { specular, .. } = model.materials[0].model else { panic!() };
     assert_eq!(specular, [0.25, 0.5, 0.5]);
-    assert!(model.notices[0].contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
+    assert!(model.notices[0].message.contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
     // Illumination model 1 has no highlights.
     assert_eq!(notices("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\nillum 1\n"), "");
 }
@@ -194,7 +195,7 @@ fn opacity_has_an_image_of_its_own() {
     // One that is not there leaves the colours as they are.
     let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
     assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
-    assert!(model.notices[0].contains("no.png: No such file"));
+    assert!(model.notices[0].message.contains("no.png: No such file"));
 }
 
 #[test]
@@ -241,13 +242,17 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
         ("a.obj", "not an image that is known"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
-        assert!(model.notices[0].contains(expected), "{map}: {:?}", model.notices);
+        assert!(model.notices[0].message.contains(expected), "{map}: {:?}", model.notices);
         assert_eq!((model.textures.len(), model.materials[0].texture.map(|t| t.texture)), (0, None));
     }
     let path = folder().join("a.obj");
     fs::write(&path, "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     let world = load(&path, &Budget::default()).unwrap();
-    assert!(world.notices[0].contains("left out") && world.notices[0].contains("no.mtl"), "{:?}", world.notices);
+    assert!(
+        world.notices[0].message.contains("left out") && world.notices[0].message.contains("no.mtl"),
+        "{:?}",
+        world.notices
+    );
     assert_eq!(world.materials[0].color, [0.8; 3]);
 }
 
@@ -269,8 +274,8 @@ fn odd_values_are_clamped_or_ignored_with_a_notice_for_each_kind() {
         assert_eq!(model.materials[0].color, color, "{text}");
         let [notice] = &model.notices[..] else { panic!("{:?}", model.notices) };
         let value = text.strip_prefix("Kd ").unwrap();
-        let expected = format!("mtl:2 and 1 more: Kd is {value:?}, expected 1 or 3 numbers from 0 to 1: {done}");
-        assert!(notice.ends_with(&expected), "{notice}");
+        let expected = format!("mtl:2, 3: Kd is {value:?}, expected 1 or 3 numbers from 0 to 1: {done}");
+        assert!(notice.to_string().ends_with(&expected), "{notice:?}");
     }
     let phong = |text: &str| match model(&format!("newmtl m 1\nKd 0 0 0\n{text}\n")).unwrap().materials[0].model {
         MaterialModel::Phong { specular, shininess, .. } => (specular, shininess),
@@ -368,7 +373,9 @@ fn materials_are_found_though_names_are_not_as_they_should() {
         assert_eq!(model.materials[0].color, color, "{head}{name}");
         match said {
             "" => assert!(model.notices.is_empty(), "{:?}", model.notices),
-            said => assert!(model.notices.iter().any(|notice| notice.contains(said)), "{said}: {:?}", model.notices),
+            said => {
+                assert!(model.notices.iter().any(|notice| notice.message.contains(said)), "{said}: {:?}", model.notices)
+            }
         }
     }
 }
@@ -388,7 +395,7 @@ fn images_are_searched_inside_the_root_in_a_stated_order() {
     ] {
         let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
         assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]], "{map}");
-        let said = model.notices.join("\n");
+        let said = texts(&model.notices).join("\n");
         assert!(said.contains(how) && said.contains(found) && said.is_empty() == how.is_empty(), "{map}: {said}");
     }
 }
@@ -412,7 +419,7 @@ fn images_that_cannot_be_decoded_are_left_out() {
         let model = read_model(&path, &Budget::default()).unwrap();
         assert_eq!((model.parts[0].mesh.triangles.len(), model.textures.len()), (1, 0));
         assert_eq!(model.materials[0].color, [0.0, 0.0, 1.0]);
-        assert!(model.notices[0].contains(said), "{:?}", model.notices);
+        assert!(model.notices[0].message.contains(said), "{:?}", model.notices);
     }
 }
 
@@ -426,7 +433,7 @@ fn tiles_of_an_image_are_named() {
     let read = |map: &str| {
         fs::write(folder.join("a.mtl"), format!("newmtl m\nmap_Kd {map}\n")).unwrap();
         let model = read_model(&path, &Budget::default()).unwrap();
-        (model.textures.len(), model.notices.join("\n"))
+        (model.textures.len(), texts(&model.notices).join("\n"))
     };
     fs::write(folder.join("a_1001.png"), &png).unwrap();
     assert_eq!(read("a_<UDIM>.png"), (1, String::new()), "the only tile is the image");

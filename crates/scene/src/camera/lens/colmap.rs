@@ -60,11 +60,11 @@ const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(Len
 pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     let Some(row) = MODELS.iter().find(|row| row.name == model) else {
         let hint = suggestion(model, MODELS.map(|row| row.name));
-        return Err(SceneError::Camera(format!("COLMAP has no camera model {model:?}{hint}")));
+        return Err(SceneError::lens(format!("COLMAP has no camera model {model:?}{hint}")));
     };
     let expected = row.focals + 2 + row.given;
     if params.len() != expected {
-        return Err(SceneError::Camera(format!(
+        return Err(SceneError::lens(format!(
             "{} parameters {params:?}: COLMAP's {model} has {expected}",
             params.len()
         )));
@@ -96,7 +96,7 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
 /// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
 /// and partial panoramas.
 pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>)> {
-    let fail = |what: &str| Err(SceneError::Camera(format!("COLMAP has no camera model with {what}")));
+    let fail = |what: &str| Err(SceneError::lens(format!("COLMAP has no camera model with {what}")));
     if k.y_axis.x != 0.0 {
         return fail(&format!("skew (K[0, 1] = {})", k.y_axis.x));
     }

@@ -24,7 +24,7 @@ impl Fov {
         };
         let omega = omega.abs();
         if !(omega > 0.0 && omega < PI) {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::lens(format!(
                 "distortion {given:?}: the fov model needs omega between 0 and π radians; without distortion it is a \
                  pinhole"
             )));

@@ -69,7 +69,7 @@ impl Lens {
     /// or beyond what the model allows.
     pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self> {
         if !coefficients.iter().all(|v| v.is_finite()) {
-            return Err(SceneError::Camera(format!("distortion {coefficients:?}: every coefficient must be finite")));
+            return Err(SceneError::lens(format!("distortion {coefficients:?}: every coefficient must be finite")));
         }
         let zero = coefficients.iter().all(|v| *v == 0.0);
         Ok(match model {

@@ -94,7 +94,7 @@ impl LensModel {
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            SceneError::Camera(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
+            SceneError::lens(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
         })
     }
 
@@ -106,7 +106,7 @@ impl LensModel {
 
 /// The error of a wrong number of coefficients.
 pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
-    SceneError::Camera(format!(
+    SceneError::lens(format!(
         "distortion {given:?} has {} coefficients: the {} model has {expected}",
         given.len(),
         model.name()

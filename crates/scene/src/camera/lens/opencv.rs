@@ -27,7 +27,7 @@ pub struct OpenCv {
 impl OpenCv {
     pub(super) fn new(given: &[f64]) -> Result<Self> {
         if ![4, 5, 8, 12, 14].contains(&given.len()) {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::lens(format!(
                 "distortion {given:?} has {} coefficients: the OpenCV model has 4 (k1 k2 p1 p2), 5 (and k3), 8 (and \
                  k4 k5 k6), 12 (and s1 s2 s3 s4) or 14 (and tau_x tau_y)",
                 given.len()
@@ -37,7 +37,7 @@ impl OpenCv {
         all[..given.len()].copy_from_slice(given);
         let [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tau_x, tau_y] = all;
         if tau_x.abs() >= FRAC_PI_2 || tau_y.abs() >= FRAC_PI_2 {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::lens(format!(
                 "distortion {given:?} tilts the sensor by {tau_x} and {tau_y}: expected radians within ±π/2"
             )));
         }

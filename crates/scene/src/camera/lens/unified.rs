@@ -70,7 +70,7 @@ impl Omni {
             _ => return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)")),
         };
         if xi <= -1.0 {
-            return Err(SceneError::Camera(format!("distortion {given:?}: the omni model needs xi > -1")));
+            return Err(SceneError::lens(format!("distortion {given:?}: the omni model needs xi > -1")));
         }
         let sphere = UnifiedSphere { a: xi, b: 1.0 };
         let terms =
@@ -120,7 +120,7 @@ impl Eucm {
             return Err(wrong_count(given, LensModel::Eucm, "2 (alpha beta)"));
         };
         if !(0.0..=1.0).contains(&alpha) || beta <= 0.0 {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::lens(format!(
                 "distortion {given:?}: the eucm model needs alpha within 0..1 and beta > 0"
             )));
         }
@@ -156,7 +156,7 @@ impl DoubleSphere {
             return Err(wrong_count(given, LensModel::DoubleSphere, "2 (xi alpha)"));
         };
         if !(0.0..=1.0).contains(&alpha) || xi <= -1.0 {
-            return Err(SceneError::Camera(format!(
+            return Err(SceneError::lens(format!(
                 "distortion {given:?}: the double sphere model needs xi > -1 and alpha within 0..1"
             )));
         }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
+use crate::error_code::{ErrorCode, Message};
 use crate::foreign_terms::foreign_hint;
 
 /// A boxed error: results of millions of numbers are passed up, so they are kept small.
@@ -17,11 +18,20 @@ pub struct DeError(pub Box<DeErrorDetails>);
 pub struct DeErrorDetails {
     /// `.key` and `[index]`, the innermost first.
     pub path: Vec<String>,
-    pub message: String,
+    pub message: Message,
     pub span: Option<Range<usize>>,
 }
 
 impl DeError {
+    fn new(message: impl Into<Message>) -> Self {
+        Self(Box::new(DeErrorDetails { path: Vec::new(), message: message.into(), span: None }))
+    }
+
+    /// The error of a value that is not as expected.
+    fn unexpected(code: ErrorCode, given: Unexpected, expected: &dyn Expected) -> Self {
+        Self::new(code.message(format!("{}: expected {}", found_text(given), expected_text(expected))))
+    }
+
     /// The same, seen from the table or list around it.
     pub fn in_segment(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
         self.0.path.push(segment);
@@ -47,36 +57,36 @@ impl std::error::Error for DeError {}
 
 impl Error for DeError {
     fn custom<T: Display>(message: T) -> Self {
-        let message = message.to_string();
-        Self(Box::new(DeErrorDetails { path: Vec::new(), message, span: None }))
+        Self::new(message.to_string())
     }
 
     fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!("{}: expected {}", found_text(given), expected_text(expected)))
+        Self::unexpected(ErrorCode::WrongType, given, expected)
     }
 
     fn invalid_value(given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::invalid_type(given, expected)
+        Self::unexpected(ErrorCode::InvalidValue, given, expected)
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!("a list of {length}: expected {}", expected_text(expected)))
+        let message = format!("a list of {length}: expected {}", expected_text(expected));
+        Self::new(ErrorCode::WrongShape.message(message))
     }
 
     fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("unknown name {given:?}{}", hint(given, expected)))
+        Self::new(ErrorCode::UnknownName.message(format!("unknown name {given:?}{}", hint(given, expected))))
     }
 
     fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("unknown key {given:?}{}", hint(given, expected)))
+        Self::new(ErrorCode::UnknownKey.message(format!("unknown key {given:?}{}", hint(given, expected))))
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Self::custom(format_args!("the key {field:?} is missing"))
+        Self::new(ErrorCode::MissingValue.message(format!("the key {field:?} is missing")))
     }
 
     fn duplicate_field(field: &'static str) -> Self {
-        Self::custom(format_args!("the key {field:?} is there twice"))
+        Self::new(ErrorCode::DuplicateName.message(format!("the key {field:?} is given twice")))
     }
 }
 

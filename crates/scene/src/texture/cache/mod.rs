@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::error::{Result, SceneError};
+use crate::notice::{Notice, NoticeCode};
 use crate::texture::cache::tiles::TileCache;
 use crate::texture::cache::unlinked_file::UnlinkedFile;
 use crate::texture::texel::{ResidentTexels, TexelKind};
@@ -99,7 +100,7 @@ impl TextureCache {
                 }
             }
         }
-        Err(failure.unwrap_or_else(|| SceneError::World("textures: no folder for temporary files".into())))
+        Err(failure.unwrap_or_else(|| SceneError::world("textures: no folder for temporary files")))
     }
 
     /// The tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
@@ -140,22 +141,26 @@ impl TextureCache {
     }
 
     /// The notice for the user who set the limit, if it is exceeded.
-    pub(crate) fn notice(&self) -> Option<String> {
+    pub(crate) fn notice(&self) -> Option<Notice> {
         let file = self.file.get()?;
-        Some(format!(
-            "textures need more than texture_memory = {}: they lie in a temporary file in {}",
+        let message = format!(
+            "textures need more than texture_memory = {}: they are in a temporary file in {}",
             mebibytes(self.limit),
             file.folder.display()
-        ))
+        );
+        Some(Notice::new(NoticeCode::ExceededTextureMemory, message))
     }
 }
 
 impl PageInStats {
     /// The notice of tiles read since `before`; `None` without any.
-    pub fn notice_since(&self, before: &Self) -> Option<String> {
+    pub fn notice_since(&self, before: &Self) -> Option<Notice> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
-        (tiles > 0)
-            .then(|| format!("{tiles} tiles of textures ({}) were read back from the temporary file", mebibytes(bytes)))
+        (tiles > 0).then(|| {
+            let message =
+                format!("{tiles} texture tiles ({}) were read back from the temporary file", mebibytes(bytes));
+            Notice::new(NoticeCode::TexturesPaged, message)
+        })
     }
 }
 

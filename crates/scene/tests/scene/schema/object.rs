@@ -3,7 +3,9 @@
 use glam::DVec3;
 use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
-use raycam_scene::{AssetLoader, ColorUse, Material, MeshFile, MeshPart, NoAssets, TextureSlot, Wrap};
+use raycam_scene::{
+    AssetLoader, ColorUse, Material, MeshFile, MeshPart, NoAssets, Notice, NoticeCode, TextureSlot, Wrap,
+};
 
 use crate::common::{FakeFiles, node};
 use crate::schema::described::{assert_error, build, object, object_with};
@@ -55,7 +57,7 @@ fn model() -> MeshFile {
         ],
         materials: vec![material("paint", Some(TextureSlot::plain(0))), material("chrome", None)],
         textures: vec![texture],
-        notices: vec!["repaired".into()],
+        notices: vec![Notice::new(NoticeCode::DroppedGeometry, "repaired")],
         up: None,
     }
 }
@@ -68,7 +70,7 @@ fn a_mesh_file_brings_its_materials_and_the_description_overrides_them() {
     assert_eq!(world.objects[0].materials, [0, 1]);
     assert_eq!((world.materials[0].name.as_str(), world.materials[1].name.as_str()), ("chrome", "paint"));
     assert_eq!((world.materials[0].texture, world.materials[1].texture), (None, Some(TextureSlot::plain(0))));
-    assert_eq!(world.notices, ["repaired"]);
+    assert_eq!(world.notices, [Notice::new(NoticeCode::DroppedGeometry, "repaired")]);
 
     let styled = object_with(r#"{ "mesh": "a.obj", "texture": "b.png", "wrap": ["clamp", "mirror"] }"#, &mut files);
     let styled = styled.unwrap();

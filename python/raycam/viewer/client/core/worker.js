@@ -4,6 +4,15 @@ import { Session, nextTurn } from "./session.js";
 
 const IDLE = 30; // ms between two looks for work
 
+/** The error of the core, which is JSON; an empty object for other errors. */
+function parsed(/** @type {string} */ text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return {};
+  }
+}
+
 /**
  * Serves the page that started this worker.
  * @param {any} scope the worker's global scope, which has the core as `wasm_bindgen`
@@ -55,12 +64,10 @@ export function serve(scope) {
   function fail(/** @type {any} */ error) {
     if (session) session.samples = session.target; // the same work would fail again
     const text = String(error?.message ?? error);
-    const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || text.includes("fault of raycam");
-    try {
-      say({ type: broken ? "broken" : "failed", ...JSON.parse(text) });
-    } catch {
-      say({ type: broken ? "broken" : "failed", text: broken ? `The page has not the memory for this, or raycam failed: ${text}` : text });
-    }
+    const { code, ...told } = parsed(text);
+    const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || code === "internal";
+    if (told.text) say({ type: broken ? "broken" : "failed", ...told });
+    else say({ type: broken ? "broken" : "failed", text: broken ? `The page has not the memory for this, or raycam failed: ${text}` : text });
   }
 
   scope.onmessage = async (/** @type {MessageEvent} */ { data }) => {

@@ -1,0 +1,192 @@
+//! Codes of errors, and messages that carry one.
+
+use std::fmt;
+use std::ops::Deref;
+
+use crate::codes::codes;
+
+codes! {
+    /// Kind of an error. The documentation of each variant states the cause and what to do.
+    ErrorCode {
+        InvalidValue "invalid_value":
+            "A value is not allowed here.",
+            "Use one of the values that the message states.";
+        OutOfRange "out_of_range":
+            "A number is outside its range, negative, zero, infinite or not a number.",
+            "Use a number in the range that the message states.";
+        WrongType "wrong_type":
+            "A value has the wrong type.",
+            "Use the type that the message states.";
+        WrongShape "wrong_shape":
+            "A list or an array has the wrong number of entries or dimensions.",
+            "Use the shape that the message states.";
+        MissingValue "missing_value":
+            "A required key, value or argument is missing.",
+            "Add it.";
+        UnknownKey "unknown_key":
+            "A key or an argument does not exist.",
+            "Correct its spelling; the message lists the valid names.";
+        UnknownName "unknown_name":
+            "A name does not exist among the choices, objects, cameras or other parts.",
+            "Correct its spelling; the message lists the valid names.";
+        IndexOutOfRange "index_out_of_range":
+            "An index refers to a part that does not exist.",
+            "Use an index below the number of parts.";
+        DuplicateName "duplicate_name":
+            "A name or key is used twice where it must be unique.",
+            "Rename or remove one of them.";
+        ConflictingValues "conflicting_values":
+            "Two values or arguments cannot be used together.",
+            "Remove one of them.";
+        InvalidCamera "invalid_camera":
+            "The parameters of a camera do not describe a camera.",
+            "Correct the parameter that the message names.";
+        InvalidMatrix "invalid_matrix":
+            "A matrix does not have the required form, for example K or a projection matrix.",
+            "Check the order of the values, the convention and the unit.";
+        NotARotation "not_a_rotation":
+            "A matrix or a quaternion is not a rotation.",
+            "Check the order of its values; write poses with more digits.";
+        InvalidLens "invalid_lens":
+            "The coefficients of a lens model are invalid, or the lens cannot be inverted within the image.",
+            "Check the order and number of the coefficients, and the image size.";
+        InvalidWorld "invalid_world":
+            "The parts of a world do not fit together.",
+            "Correct the part that the message names.";
+        InvalidMesh "invalid_mesh":
+            "The arrays of a mesh do not fit together.",
+            "Give each array as many entries as the mesh has vertices, corners or faces.";
+        InvalidMaterial "invalid_material":
+            "The values of a material do not describe a physical surface.",
+            "Use reflectances of 0 to 1 and the ranges that the message states.";
+        InvalidLight "invalid_light":
+            "The values of a light are invalid.",
+            "Correct the value that the message names.";
+        NothingVisible "nothing_visible":
+            "There is nothing to show, because no object or face exists.",
+            "Add an object, or check that the file contains surfaces.";
+        Syntax "syntax":
+            "A file does not follow its format.",
+            "Check the place that the message names, or write the file again.";
+        TruncatedFile "truncated_file":
+            "A file ends before its declared content.",
+            "Copy or download the file again.";
+        BudgetExceeded "budget_exceeded":
+            "A file would need more memory or more elements than the budget allows.",
+            "Raise the budget if you trust the file.";
+        UnsupportedFeature "unsupported_feature":
+            "A valid file uses a feature that is not supported.",
+            "Export the file without the feature.";
+        UnknownFormat "unknown_format":
+            "A file is in no known format.",
+            "Convert it to one of the formats that the message lists.";
+        OutsideRoot "outside_root":
+            "A file name inside a file points outside of its folder.",
+            "Move the file into the folder of the file that names it.";
+        FileNotFound "file_not_found":
+            "A file does not exist.",
+            "Check the path.";
+        FileUnreadable "file_unreadable":
+            "The operating system refuses to read or write a file.",
+            "Check permissions, free space, and that the path is a file.";
+        Storage "storage":
+            "The temporary file of textures cannot be created, written or read.",
+            "Set TMPDIR to a folder with enough space, or raise texture_memory.";
+        CannotWrite "cannot_write":
+            "Values do not fit the file format in which they should be written.",
+            "Use another format, or change the values.";
+        InvalidSettings "invalid_settings":
+            "Render settings or arguments are invalid.",
+            "Correct the argument that the message names.";
+        TooLarge "too_large":
+            "A result would be larger than the limit.",
+            "Render it in regions, or request fewer channels.";
+        OutOfMemory "out_of_memory":
+            "The operating system does not provide the memory.",
+            "Request less at a time.";
+        Cancelled "cancelled":
+            "A call was cancelled.",
+            "Call it again for the complete result.";
+        NoThreads "no_threads":
+            "The operating system refuses to start threads.",
+            "Use fewer threads.";
+        Internal "internal":
+            "A bug in raycam.",
+            "Report it with the message and the input.";
+    }
+}
+
+/// Text of an error, with its code if that is more specific than the kind of error.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    text: String,
+    code: Option<ErrorCode>,
+}
+
+impl Message {
+    /// The code, or else this one.
+    pub fn code_or(&self, code: ErrorCode) -> ErrorCode {
+        self.code.unwrap_or(code)
+    }
+
+    /// The same code with another text.
+    #[must_use]
+    pub fn with_text(self, text: impl Into<String>) -> Self {
+        Self { text: text.into(), ..self }
+    }
+}
+
+impl ErrorCode {
+    /// A message with this code.
+    pub fn message(self, text: impl Into<String>) -> Message {
+        Message { text: text.into(), code: Some(self) }
+    }
+}
+
+impl From<String> for Message {
+    fn from(text: String) -> Self {
+        Self { text, code: None }
+    }
+}
+
+impl From<&str> for Message {
+    fn from(text: &str) -> Self {
+        Self { text: text.into(), code: None }
+    }
+}
+
+impl Deref for Message {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.text
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_have_unique_names_and_whole_sentences() {
+        let all = ErrorCode::ALL;
+        assert!(all.iter().all(|code| code.cause().ends_with('.') && code.remedy().ends_with('.')));
+        let mut names: Vec<_> = all.iter().map(|code| code.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all.len());
+    }
+
+    #[test]
+    fn message_without_code_uses_the_default() {
+        let (plain, coded) = (Message::from("text"), ErrorCode::OutOfRange.message("text"));
+        assert_eq!(plain.code_or(ErrorCode::Syntax), ErrorCode::Syntax);
+        assert_eq!(coded.with_text("other").code_or(ErrorCode::Syntax), ErrorCode::OutOfRange);
+    }
+}

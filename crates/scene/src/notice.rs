@@ -1,0 +1,286 @@
+//! Notices: what was assumed, changed or left out without stopping.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt;
+
+use crate::codes::codes;
+
+/// Subjects that a notice lists; further ones are counted.
+const MAX_SUBJECTS: usize = 3;
+
+/// A notice. Programs decide by its code; the message is for people.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+pub struct Notice {
+    /// The kind of notice.
+    pub code: NoticeCode,
+    /// What was assumed, changed or left out.
+    pub message: String,
+    /// The first parts that it is about, as `camera "left"`; empty if the message names them.
+    pub subjects: Vec<String>,
+    /// Number of these parts, including those that are not listed.
+    pub count: usize,
+}
+
+impl Notice {
+    /// A notice of this kind.
+    pub fn new(code: NoticeCode, message: impl Into<String>) -> Self {
+        Self { code, message: message.into(), subjects: Vec::new(), count: 0 }
+    }
+
+    /// A notice about a part, such as a camera, a key or a line.
+    pub fn about(code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { code, message: message.into(), subjects: vec![subject.into()], count: 1 }
+    }
+
+    /// A notice about several parts, of which it lists the first three.
+    pub fn about_all<S: Into<String>>(
+        code: NoticeCode,
+        subjects: impl ExactSizeIterator<Item = S>,
+        message: impl Into<String>,
+    ) -> Self {
+        let count = subjects.len();
+        Self { code, message: message.into(), subjects: subjects.take(MAX_SUBJECTS).map(Into::into).collect(), count }
+    }
+
+    /// The same notice with `place` and a colon in front of its subjects, or else of its message.
+    #[must_use]
+    pub fn in_context(mut self, place: impl fmt::Display) -> Self {
+        match self.subjects.first_mut() {
+            Some(subject) => *subject = format!("{place}: {subject}"),
+            None => self.message = format!("{place}: {}", self.message),
+        }
+        self
+    }
+
+    /// Merges notices with the same code whose messages differ at most in counts. The first message is kept, with the first
+    /// three subjects and the number of the others.
+    pub fn group(notices: impl IntoIterator<Item = Self>) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        let mut known = HashMap::new();
+        for notice in notices {
+            match known.entry((notice.code, cause(&notice.message), notice.subjects.is_empty())) {
+                Entry::Vacant(entry) => {
+                    entry.insert(groups.len());
+                    groups.push(notice);
+                }
+                Entry::Occupied(entry) => {
+                    let group: &mut Self = &mut groups[*entry.get()];
+                    let left = MAX_SUBJECTS.saturating_sub(group.subjects.len());
+                    group.subjects.extend(notice.subjects.into_iter().take(left));
+                    group.count += notice.count;
+                }
+            }
+        }
+        groups
+    }
+}
+
+/// The message with `#` for numbers that are words of their own.
+fn cause(message: &str) -> String {
+    let masked = |word: &str| {
+        let number = word.trim_matches(|c: char| c.is_ascii_punctuation() && c != '-');
+        match number.parse::<f64>() {
+            Ok(_) => word.replace(number, "#"),
+            Err(_) => word.to_owned(),
+        }
+    };
+    message.split(' ').map(masked).collect::<Vec<_>>().join(" ")
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.subjects.is_empty() {
+            f.write_str(&self.subjects.join(", "))?;
+            match self.count - self.subjects.len() {
+                0 => f.write_str(": ")?,
+                more => write!(f, " and {more} more: ")?,
+            }
+        }
+        f.write_str(&self.message)
+    }
+}
+
+codes! {
+    /// Kind of a notice. The documentation of each variant states the cause and what to do.
+    NoticeCode {
+        DefaultLights "default_lights":
+            "The world has no lights, so a white sky and a sun light it.",
+            "Add a light to the world, or use the integrator \"flat\", which needs none.";
+        GlassBlocksLight "glass_blocks_light":
+            "The light of lamps and suns without a size does not pass through solid glass.",
+            "Give the lamp a radius or the sun an angular_diameter.";
+        SamplesUsed "samples_used":
+            "A render that stops at a noise threshold or a time limit reports its samples per pixel.",
+            "Set samples to this number to get the same image again.";
+        NoiseLeft "noise_left":
+            "Some pixels have not reached the noise threshold within the allowed samples.",
+            "Raise samples or noise_threshold.";
+        TooBrightSamples "too_bright_samples":
+            "Some samples were too bright for float32 and count as black.",
+            "Reduce the strength of the lights.";
+        ClampedSamples "clamped_samples":
+            "Some samples were brighter than clamp and were reduced, so the image is too dark.",
+            "Raise clamp, or remove it for an unbiased image.";
+        ExceededTextureMemory "exceeded_texture_memory":
+            "The textures need more than texture_memory and are in a temporary file.",
+            "Raise texture_memory if rendering is slow.";
+        TexturesPaged "textures_paged":
+            "Texture tiles were read back from the temporary file during rendering.",
+            "Raise texture_memory to render faster.";
+        ReflectanceAboveOne "reflectance_above_one":
+            "A material reflects more light than arrives.",
+            "Reduce its diffuse or specular reflectance, or its color.";
+        IgnoredKey "ignored_key":
+            "A key, statement, property or option is not used.",
+            "Remove it, or check its spelling if it should have an effect.";
+        IgnoredFeature "ignored_feature":
+            "A feature of a file is not supported, and the file is read without it.",
+            "Export the file without the feature, or accept the difference.";
+        IgnoredElement "ignored_element":
+            "A part of a file, such as a mesh, light or camera, is left out because it is invalid or not supported.",
+            "Repair the part in the program that wrote the file if it matters.";
+        IgnoredColors "ignored_colors":
+            "Some of an object's colours are not used because another source of colour has priority.",
+            "Remove the source of colour that should not be shown.";
+        IgnoredColorProfile "ignored_color_profile":
+            "An image's colour profile, primaries, gamma or exposure is not applied.",
+            "Convert the image to sRGB (or linear Rec. 709 if it stores float values).";
+        IgnoredOrientation "ignored_orientation":
+            "An image's EXIF orientation is not applied.",
+            "Rotate the pixels of the image instead.";
+        IgnoredTransparency "ignored_transparency":
+            "Transparency that a file stores is not shown.",
+            "Set alpha for the object, or accept that it is opaque.";
+        UnusedAlpha "unused_alpha":
+            "A texture has an alpha channel that its material does not use.",
+            "Set alpha = \"blend\" for the object, or map_d in an MTL file.";
+        IgnoredAnimation "ignored_animation":
+            "A part of an animation moves nothing, or its target is not animated.",
+            "Animate another property, or accept that it does not move.";
+        FirstOnly "first_only":
+            "A file contains several images, frames, scenes or sets of values, and only one is used.",
+            "Save the part that you need to a file of its own.";
+        EmptyFile "empty_file":
+            "A file contains nothing that can be shown.",
+            "Check that the program that wrote it exports meshes, and as which types.";
+        HiddenPart "hidden_part":
+            "A file marks a part as hidden, and it is not shown.",
+            "Make it visible in the program that wrote the file.";
+        MultipliedColors "multiplied_colors":
+            "Two sources of colour are multiplied.",
+            "Set one of them to white to show the other alone.";
+        MissingFile "missing_file":
+            "A file that another file names is missing, or is not allowed to be read, and is skipped.",
+            "Put the file in place, inside the folder of the file that names it.";
+        UnreadableFile "unreadable_file":
+            "A file that another file names is damaged or in an unknown format, and is skipped.",
+            "Repair or convert the file.";
+        SubstitutedFile "substituted_file":
+            "A file was found under a different name or folder than the one stated.",
+            "Correct the name in the file that names it.";
+        ClampedValue "clamped_value":
+            "A value was outside its range and was replaced by the nearest limit.",
+            "Correct the value.";
+        ReplacedValue "replaced_value":
+            "A value was invalid and was replaced by a default.",
+            "Correct the value.";
+        DroppedGeometry "dropped_geometry":
+            "Faces, points or lines were left out because they have no area or invalid vertices.",
+            "Repair the mesh if the faces matter.";
+        RepairedRotation "repaired_rotation":
+            "A matrix that is almost a rotation was replaced by the nearest rotation.",
+            "Write poses with more digits.";
+        RepairedPose "repaired_pose":
+            "Scale, shear or mirroring was removed from a camera's or light's pose.",
+            "Apply the scale to the meshes instead.";
+        TrailingData "trailing_data":
+            "Data after the declared end of the file is not used.",
+            "Check the counts that the file declares.";
+        TruncatedData "truncated_data":
+            "A file ends early, and the part that exists is used.",
+            "Copy or download the file again.";
+        InvalidFile "invalid_file":
+            "A file violates its format in a way that does not prevent reading it.",
+            "Report the fault to the program that wrote the file.";
+        DuplicateName "duplicate_name":
+            "A name is used twice; only one of its uses counts.",
+            "Rename one of them.";
+        MissingColors "missing_colors":
+            "Parts without a colour are shown in a default colour.",
+            "Give each part a colour.";
+        MissingValue "missing_value":
+            "A value is missing and its default is used.",
+            "State the value.";
+        ConvertedUpAxis "converted_up_axis":
+            "A model's up axis differs from that of the world, and the model is turned.",
+            "Set upright = false to keep the model's axes.";
+        AssumedConvention "assumed_convention":
+            "A file does not state a unit, an axis, a scale or a convention, and one was assumed.",
+            "State the convention with an argument if the assumption is wrong.";
+        PlacedCameras "placed_cameras":
+            "The axes, the origin or the unit of the cameras' world follow from the file, as the message states.",
+            "Move the cameras, or load the world in the same axes and unit.";
+        RectifiedValues "rectified_values":
+            "A file describes both the raw and the rectified cameras, and one of them is used.",
+            "Use rig.rectified() for the rectified cameras of a raw pair.";
+        UsedOtherFile "used_other_file":
+            "Values that a file does not contain, such as K or an image size, were read from another file.",
+            "Name the other file or the values as an argument if these are wrong.";
+        ApproximatedValue "approximated_value":
+            "A value is represented by a similar one because the original has no exact equivalent.",
+            "Compare the result with the original if the difference matters.";
+        NotWritten "not_written":
+            "A file format cannot hold a value, which is not written.",
+            "Use another format, or keep the value elsewhere.";
+        Renamed "renamed":
+            "A name differs in the written file because the format prescribes names.",
+            "Use the new name to find the part in the written file.";
+        DetachedPart "detached_part":
+            "A change removes a part from the animation of its file.",
+            "Make the change after choosing a time with world.at(time) if the animation should continue.";
+        Implausible "implausible":
+            "A value is valid but is probably a mistake, such as a principal point outside the image.",
+            "Check the value, and its unit or resolution.";
+        UnusedOption "unused_option":
+            "An option has no effect here.",
+            "Remove the option.";
+        MoreNotices "more_notices":
+            "A file causes so many different notices that not all of them are kept.",
+            "Solve the listed ones first.";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn group_lists_three_subjects_and_counts_the_others() {
+        let code = NoticeCode::RepairedRotation;
+        let of = |i: usize| Notice::about(code, format!("camera {i}"), format!("off by {}e-7", i + 1));
+        let others =
+            [Notice::new(code, "2 more"), Notice::new(NoticeCode::IgnoredKey, "2 more"), Notice::new(code, "3 more")];
+        let texts: Vec<_> = Notice::group((0..1833).map(of).chain(others)).iter().map(Notice::to_string).collect();
+        assert_eq!(texts, ["camera 0, camera 1, camera 2 and 1830 more: off by 1e-7", "2 more", "2 more"]);
+    }
+
+    #[test]
+    fn group_keeps_names_with_digits_apart() {
+        let notices = ["cam0 is wide", "cam1 is wide", "K is 3.5, not 4", "K is 7, not 9.25"];
+        let kept = Notice::group(notices.map(|message| Notice::new(NoticeCode::Implausible, message)));
+        assert_eq!(kept.iter().map(Notice::to_string).collect::<Vec<_>>(), notices[..3]);
+    }
+
+    #[test]
+    fn codes_have_unique_names_causes_and_remedies() {
+        let all = NoticeCode::ALL;
+        assert!(all.iter().all(|code| code.cause().ends_with('.') && code.remedy().ends_with('.')));
+        for text in [NoticeCode::name, NoticeCode::cause] {
+            let mut texts: Vec<_> = all.iter().map(|code| text(*code)).collect();
+            texts.sort_unstable();
+            texts.dedup();
+            assert_eq!(texts.len(), all.len());
+        }
+    }
+}

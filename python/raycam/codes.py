@@ -1,0 +1,158 @@
+"""Codes of notices and errors, with the cause of each and what to do about it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from . import _core
+
+__all__ = ["ERRORS", "NOTICES", "Code"]
+
+
+class Code(NamedTuple):
+    """Cause and remedy of a code, as sentences."""
+
+    cause: str
+    remedy: str
+
+
+_OWN_NOTICES = {
+    "studio": Code(
+        "The world has no lights and no camera, so it is shown in a studio.",
+        "Add lights or a camera to the world to replace the studio.",
+    ),
+    "shadow_catchers_visible": Code(
+        "Shadow catchers appear as ordinary surfaces in this image.",
+        "Render with transparent_background=True or a background to show only their shadows.",
+    ),
+    "no_caught_shadows": Code(
+        "Emissive objects are the only light, so shadow catchers show no shadows.",
+        "Add a light to the world.",
+    ),
+    "unposed_camera": Code(
+        "The camera is at the origin inside the world, as files without poses leave it.",
+        "Give the camera a pose, or place it with world.view_from.",
+    ),
+    "nothing_visible": Code(
+        "No object covers the centre of a pixel.",
+        "Move the camera; world.view_from shows the whole world.",
+    ),
+    "nothing_lit": Code(
+        "The visible objects are black because no light reaches them or their materials reflect none.",
+        "Check the positions and directions of the lights, and the colours of the materials.",
+    ),
+    "overexposed": Code(
+        "Almost all pixels are brighter than white.",
+        "Lower the exposure or the strength of the lights.",
+    ),
+    "fireflies": Code(
+        "Some pixels are far brighter than their neighbours because of a single light path.",
+        "Use more samples, larger lights, denoise=True, or clamp (which darkens the image).",
+    ),
+    "denoised": Code(
+        "The image was denoised, so it is an estimate and no longer unbiased.",
+        "Render without denoise for an unbiased image.",
+    ),
+    "resampled_background": Code(
+        "The background does not have the size of the image and was resampled or cropped.",
+        "Use a background of the image's size, or a raycam.Background with its own camera.",
+    ),
+    "uncovered_background": Code(
+        "Part of the image is outside the background photo and is black.",
+        "Use a photo with a wider field of view.",
+    ),
+    "rounded_values": Code(
+        "The file stores values with fewer digits than the frame has.",
+        "Save as .npz or .exr for exact values.",
+    ),
+    "default_video": Code(
+        "The world has no [video], so the camera orbits its centre for 4 seconds.",
+        "Add a [video] section to the world file.",
+    ),
+    "varying_samples": Code(
+        "The number of samples per pixel depends on the speed of the machine.",
+        "Use samples instead of time_limit for reproducible frames.",
+    ),
+    "outside_times": Code(
+        "Times are before the beginning or after the end of the world's motion.",
+        "Use times within the duration of its video or animations.",
+    ),
+    "outside_limits": Code(
+        "Joint values of a robot are beyond the limits of its file.",
+        "Correct the values, or clamp them with clamp_joints=True.",
+    ),
+    "values_lost": Code(
+        "A data set's format cannot represent some values.",
+        "Use another format, or another depth_scale.",
+    ),
+    "damaged_results": Code(
+        "Results of an earlier run were damaged, and the frames are rendered again.",
+        "Check the disk if this happens again.",
+    ),
+    "missing_locks": Code(
+        "The file system does not support locks.",
+        "Let only one process at a time work in this folder.",
+    ),
+    "insecure_cluster": Code(
+        "The connection to the Dask scheduler is neither encrypted nor authenticated.",
+        "Use a tls:// address or a private network.",
+    ),
+    "unusable_worker": Code(
+        "A worker cannot render frames, or fewer workers than requested were started.",
+        "Install the same version of raycam on it; the message states the reason.",
+    ),
+    "waiting_for_workers": Code(
+        "A cluster has no workers yet.",
+        "Start workers, or check that they reach the scheduler.",
+    ),
+    "differing_frames": Code(
+        "Frames that are compared show different cameras, worlds or regions.",
+        "Compare frames of the same camera and world.",
+    ),
+    "preview_light": Code(
+        "A frame saved from the live view was lit by the integrator that the message names.",
+        "Render it with raycam.render for the light of another integrator.",
+    ),
+}
+
+_OWN_ERRORS = {
+    "invalid_job": Code(
+        "A job's folder cannot be used.",
+        "Follow the message.",
+    ),
+    "damaged_job": Code(
+        "Files of a job or its results are damaged, or another program has changed them.",
+        "Remove the file that the message names and repeat the job's command; finished frames are kept.",
+    ),
+    "changed_input": Code(
+        "A job's worlds, cameras or options differ from those with which it began.",
+        "Restore them, or start a new job in another folder.",
+    ),
+    "failed_frames": Code(
+        "Frames of a job have failed.",
+        "Read the log that the message names; retry_failed=True renders the frames again.",
+    ),
+    "folder_in_use": Code(
+        "Another process works in the same folder.",
+        "Wait for it, stop it, or give each process its part with shard=(I, N).",
+    ),
+    "unsupported_camera": Code(
+        "The camera's lens, skew, motion or parallel rays are not supported here.",
+        "Use a camera without them: pinhole(), undistorted() or still() may create one.",
+    ),
+    "missing_dependency": Code(
+        "An optional package is not installed.",
+        "Install the extra that the message names, such as raycam[usd].",
+    ),
+}
+
+
+def _table(core: list[list[str]], own: dict[str, Code]) -> dict[str, Code]:
+    return {name: Code(cause, remedy) for name, cause, remedy in core} | own
+
+
+_CORE_NOTICES, _CORE_ERRORS = _core.codes()
+NOTICES = _table(_CORE_NOTICES, _OWN_NOTICES)
+"""Every `code` of a `raycam.Notice`."""
+ERRORS = _table(_CORE_ERRORS, _OWN_ERRORS)
+"""Every `code` of a `raycam.Error`, and of the `OSError` of a file and the `MemoryError` that raycam raises."""
