@@ -23,7 +23,7 @@ SECTIONS: dict[str, list[str]] = {
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility"),
-        *("bake", "BakedMaps"),
+        *("texture_from_photos", "PhotoTexture", "bake", "BakedMaps"),
         *("photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],
@@ -31,7 +31,7 @@ SECTIONS: dict[str, list[str]] = {
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
         *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),
-        "compat.open3d.t.geometry.RaycastingScene",
+        "compat.open3d.t.geometry.RaycastingScene", "compat.mujoco.Renderer",
     ],
     "Errors and notices": ["errors", "strict"],
 }  # fmt: skip

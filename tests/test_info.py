@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
+import pytest
 import raycam
 from raycam.info import info, info_cameras
 
@@ -48,3 +52,48 @@ def test_places_far_away_are_not_rounded_to_metres() -> None:
     far = [512345.678125, -5412345.25, 103.5]
     camera = raycam.Camera.from_pose(far, 0, 0, 0, size=(64, 48), focal=50)
     assert "C  512345.678125 -5412345.25 103.5" in info_cameras({"front": camera})
+
+
+LAMP = """IESNA:LM-63-1995
+TILT=NONE
+1 1000 1 3 1 1 2 0.1 0.1 0.1
+1 1 10
+0 45 90
+0
+100 50 0
+"""
+
+
+@pytest.mark.parametrize("kind", ["file", "array", "ies", "area", "daylight"])
+def test_info_every_light_prints_one_line(tmp_path: Path, kind: str) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    sky = np.full((4, 8, 3), 0.5, np.float32)
+    (tmp_path / "lamp.ies").write_text(LAMP)
+    (tmp_path / "sky.hdr").write_bytes(
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes([128] * 4 * 32)
+    )
+    lights = {
+        "file": ({"type": "environment", "image": str(tmp_path / "sky.hdr"), "yaw": 30}, "sky.hdr"),
+        "array": ({"type": "environment", "image": sky}, "environment"),
+        "ies": (
+            {
+                "type": "ies",
+                "profile": str(tmp_path / "lamp.ies"),
+                "position": [0, 0, 3],
+                "direction": [0, 0, -1],
+            },
+            "lamp.ies",
+        ),
+        "area": (
+            {"type": "disk", "position": [0, 0, 3], "direction": [0, 0, -1], "radius": 1, "radiance": 2},
+            "radius 1",
+        ),
+        "daylight": ({"type": "daylight", "direction": [0, 0, -1]}, "turbidity"),
+    }
+    keys, part = lights[kind]
+    world.add_light(**keys)
+    lines = info(world).splitlines()
+    first = lines.index("lights     1") + 1
+    assert part in lines[first]
+    assert lines[first + 1].startswith("cameras")

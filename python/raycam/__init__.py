@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
-    from .photos import SurfaceVisibility, photo_truth, surface_visibility
+    from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
 
@@ -59,6 +59,7 @@ __all__ = [
     "Label",
     "Notice",
     "Object",
+    "PhotoTexture",
     "Progressive",
     "Recipe",
     "Rig",
@@ -94,6 +95,7 @@ __all__ = [
     "selfcheck",
     "strict",
     "surface_visibility",
+    "texture_from_photos",
     "view",
 ]
 
@@ -106,6 +108,8 @@ _LAZY_IMPORTS = {
     "BakedMaps": "baking",
     "bake": "baking",
     "photo_truth": "photos",
+    "PhotoTexture": "photos",
+    "texture_from_photos": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
     "SelfCheck": "calibration_check",

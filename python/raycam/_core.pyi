@@ -21,6 +21,7 @@ __all__ = [
     "calibration_formats",
     "channels",
     "check_stand_in",
+    "codes",
     "complete_render_options",
     "encode_exr",
     "encode_hdr",
@@ -345,6 +346,10 @@ class World:
         path: str | PathLike[str], folder: str | PathLike[str] | None, texture_memory: int | None
     ) -> World: ...
     def add_camera(self, name: str, camera: Camera) -> int: ...
+    @property
+    def time(self) -> float | None: ...
+    @property
+    def is_animated(self) -> bool: ...
     @property
     def up(self) -> Literal["z", "y"]: ...
     @property

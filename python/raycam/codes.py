@@ -30,7 +30,7 @@ _OWN_NOTICES = {
         "Add a light to the world.",
     ),
     "unposed_camera": Code(
-        "The camera is at the origin inside the world, as files without poses leave it.",
+        "The camera is at the origin, inside the world, because its file contains no pose.",
         "Give the camera a pose, or place it with world.view_from.",
     ),
     "nothing_visible": Code(
@@ -42,8 +42,12 @@ _OWN_NOTICES = {
         "Check the positions and directions of the lights, and the colours of the materials.",
     ),
     "overexposed": Code(
-        "Almost all pixels are brighter than white.",
+        "Almost all of the objects' pixels are brighter than white.",
         "Lower the exposure or the strength of the lights.",
+    ),
+    "no_shading": Code(
+        "All of the objects' pixels are displayed in one or two colours, although their brightness differs.",
+        "Use the exposure that the notice recommends.",
     ),
     "fireflies": Code(
         "Some pixels are far brighter than their neighbours because of a single light path.",
@@ -76,6 +80,10 @@ _OWN_NOTICES = {
     "outside_times": Code(
         "Times are before the beginning or after the end of the world's motion.",
         "Use times within the duration of its video or animations.",
+    ),
+    "unused_times": Code(
+        "The times of rays have no effect, because no time is set for the animated world.",
+        "Cast the rays in world.at(time).",
     ),
     "outside_limits": Code(
         "Joint values of a robot are beyond the limits of its file.",
@@ -118,14 +126,14 @@ _OWN_NOTICES = {
 _OWN_ERRORS = {
     "invalid_job": Code(
         "A job's folder cannot be used.",
-        "Follow the message.",
+        "Use another folder, or correct the problem that the message describes.",
     ),
     "damaged_job": Code(
         "Files of a job or its results are damaged, or another program has changed them.",
         "Remove the file that the message names and repeat the job's command; finished frames are kept.",
     ),
     "changed_input": Code(
-        "A job's worlds, cameras or options differ from those with which it began.",
+        "A job's worlds, cameras or options have changed since the job began.",
         "Restore them, or start a new job in another folder.",
     ),
     "failed_frames": Code(
@@ -138,7 +146,7 @@ _OWN_ERRORS = {
     ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
-        "Use a camera without them: pinhole(), undistorted() or still() may create one.",
+        "Convert the camera with pinhole(), undistorted() or still().",
     ),
     "missing_dependency": Code(
         "An optional package is not installed.",

@@ -51,7 +51,7 @@ def _lines(world: World) -> Iterator[str]:
         yield from _robot(robot)
     yield f"lights     {counts['lights']}"
     for light in world.lights:
-        values = ", ".join(f"{key} {_vector(value)}" for key, value in light.items() if key != "type")
+        values = ", ".join(f"{key} {_light_value(value)}" for key, value in light.items() if key != "type")
         yield f"  {light['type']}: {values}"
     yield f"cameras    {counts['cameras']}"
     for name, camera in world.cameras.items():
@@ -123,6 +123,18 @@ def _rigs(rigs: Mapping[str, Rig]) -> Iterator[str]:
                 if camera is not first
                 else ""
             )
+
+
+def _light_value(value: object) -> str:
+    """A light's value: its file's name, true or false, its numbers, or the shape of its image."""
+    if isinstance(value, str):
+        return repr(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iuf":
+        return str(value)
+    return _vector(numbers) if numbers.size <= 16 else "array of " + " x ".join(map(str, numbers.shape))
 
 
 def _many(count: int, one: str, more: str) -> str:

@@ -12,6 +12,7 @@ from raycam.annotations.keypoints import keypoints
 from raycam.camera._optics import Readout
 from scipy.spatial.transform import Rotation, Slerp
 from support.bending_plate import FACES, bending_plate, plate_at
+from support.raises import raises
 from support.three_lenses import SIZE, cameras
 
 
@@ -50,7 +51,7 @@ def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
         assert np.isnan(behind.pixels[0]).all()
     assert not behind.visible.any()
     assert (behind.occluder == -1).all()
-    with pytest.raises(raycam.SettingsError, match="objects has 1 entries for 2 points"):
+    with raises(raycam.SettingsError, code="wrong_shape", mentions=["objects", "1", "2"]):
         keypoints(crates(), camera, [[0, 0, 0], [1, 1, 1]], [0])
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 SIZE = (32, 24)
 
@@ -57,13 +58,13 @@ def test_what_is_no_camera_is_named(folder: Path, camera: object, error: type[Ex
 
 def test_cameras_for_a_camera_are_listed(folder: Path) -> None:
     world = raycam.load(folder / "box.toml")
-    with pytest.raises(raycam.SettingsError, match="front, far"):
+    with raises(raycam.SettingsError, code="wrong_type"):
         raycam.render(world, world.cameras)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("world", [None, 3, {"object": []}])
 def test_what_is_no_world_is_named(world: object) -> None:
-    with pytest.raises(raycam.SettingsError, match="world must be"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["world"]):
         raycam.render(world)  # type: ignore[arg-type]
 
 
@@ -91,11 +92,11 @@ def test_objects_and_lights_take_words_and_paths(folder: Path) -> None:
     assert world.lights == [
         {"type": "sun", "direction": [0, 0, -1], "irradiance": [3, 3, 3], "angular_diameter": 0}
     ]
-    with pytest.raises(raycam.WorldError, match="'sphere'"):
+    with raises(raycam.WorldError, code="unknown_name", mentions=["'sphere'"]):
         world.add_object("spere")
-    with pytest.raises(raycam.WorldError, match='"sun"'):
+    with raises(raycam.WorldError, code="unknown_name", mentions=['"sun"']):
         world.add_light("sunn")
-    with pytest.raises(raycam.WorldError, match="expected a dict"):
+    with raises(raycam.WorldError, code="wrong_type"):
         world.add_object(3)  # type: ignore[arg-type]
 
 
@@ -140,7 +141,7 @@ def test_a_size_that_fits_no_shape_is_an_error(keys: dict[str, Any], said: str) 
 
 @pytest.mark.parametrize("path", [None, 3, raycam.World()])
 def test_what_is_no_path_is_named(path: object) -> None:
-    with pytest.raises(raycam.SettingsError, match=f"not {type(path).__name__}"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=[type(path).__name__]):
         raycam.load(path)  # type: ignore[arg-type]
 
 
@@ -158,7 +159,7 @@ def test_object_keys_of_other_programs_are_refused_with_the_key_of_raycam(
     keys: dict[str, Any], ours: str
 ) -> None:
     world = raycam.World()
-    with pytest.raises(raycam.WorldError, match=f'"?{ours}"?'):
+    with raises(raycam.WorldError, code="unknown_key", mentions=[ours]):
         world.add_object(**keys)
     assert not world.objects
 
@@ -177,14 +178,14 @@ def test_light_keys_of_other_programs_are_refused_with_the_key_of_raycam(
     kind: str, word: str, ours: str
 ) -> None:
     world = raycam.World()
-    with pytest.raises(raycam.WorldError, match=f'{word}.*did you mean "{ours}"'):
+    with raises(raycam.WorldError, code="unknown_key", mentions=[word, ours]):
         world.add_light(type=kind, **{word: 1})  # type: ignore[arg-type]
     assert not world.lights
 
 
 def test_shape_words_of_other_programs_are_refused_with_the_shape_of_raycam() -> None:
     for word, ours in (("cube", "box"), ("ball", "sphere")):
-        with pytest.raises(raycam.WorldError, match=f"did you mean '{ours}'"):
+        with raises(raycam.WorldError, code="unknown_name", mentions=[ours]):
             raycam.World().add_object(word)
 
 
@@ -225,7 +226,7 @@ def test_grey_colors_and_bytes_of_vertices() -> None:
     world.add_object(box={}, color=0.25)
     assert world.triangle_colors()[0].tolist() == [0.25] * 3
     corners, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
-    with pytest.raises(raycam.WorldError, match=r"numpy\.uint8"):
+    with raises(raycam.WorldError, code="out_of_range", mentions=["numpy.uint8"]):
         world.add_mesh(corners, faces, face_colors=[[255, 0, 0]])
 
 
@@ -234,7 +235,7 @@ def test_frames_are_arrays_and_print_well(folder: Path) -> None:
     assert np.array_equal(np.asarray(frame), frame["color"])
     depth = raycam.render(folder / "box.toml", samples=1, channels="depth")
     assert np.array_equal(np.asarray(depth), depth["depth"])
-    with pytest.raises(raycam.SettingsError, match="choose one"):
+    with raises(raycam.SettingsError, code="missing_value"):
         np.asarray(raycam.render(folder / "box.toml", samples=1, channels=["depth", "uv"]))
     for item in (raycam.label(folder / "box.toml")[0], raycam.explain(folder / "box.toml", (16, 12))):
         assert len(repr(item)) < 200
@@ -254,18 +255,18 @@ def test_dir_has_the_public_names_alone() -> None:
 
 @pytest.mark.parametrize("given", ["front", b"a", 3, None, [1, 2], raycam.World()])
 def test_what_is_no_camera_and_no_path_is_said(given: Any) -> None:
-    with pytest.raises(raycam.SettingsError, match=r"camera must be a raycam\.Camera"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["camera", "raycam.Camera"]):
         raycam.World().add_camera(given)
     if given is not None:
-        with pytest.raises(raycam.SettingsError, match=r"camera must be a raycam\.Camera"):
+        with raises(raycam.SettingsError, code="wrong_type", mentions=["camera", "raycam.Camera"]):
             raycam.selfcheck(given)
     if not isinstance(given, str):
-        with pytest.raises(raycam.SettingsError, match="path must be the path of a calibration"):
+        with raises(raycam.SettingsError, code="wrong_type", mentions=["path"]):
             raycam.load_cameras(given)
-        with pytest.raises(raycam.SettingsError, match="recipe must be a path or a mapping"):
+        with raises(raycam.SettingsError, code="wrong_type", mentions=["recipe"]):
             raycam.sample(given)
 
 
 def test_a_camera_after_its_name_is_said() -> None:
-    with pytest.raises(raycam.SettingsError, match=r"add_camera\(camera, name\)"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["add_camera(camera"]):
         raycam.World().add_camera("left", raycam.Camera.look_at([0, 0, 3], [0, 0, 0], "y"))  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 CAR = """
 [[object]]
@@ -42,7 +43,7 @@ def test_annotations_of_paths(car: Path) -> None:
     np.testing.assert_array_equal(found.pixels, raycam.keypoints(world, left, [[5, 0, 0]]).pixels)
     assert raycam.keypoints(car, None, [[5, 0, 0]]).visible.all()
     np.testing.assert_allclose(raycam.box3d(car, "wall").center, raycam.box3d(world, 0).center)
-    with pytest.raises(raycam.SettingsError, match="did you mean 'wall'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'wall'"]):
         raycam.box3d(car, "wal")
 
 

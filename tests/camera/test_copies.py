@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.errors import CameraError
+from support.raises import raises
 
 K = np.array([[510.0, 0, 322.5], [0, 505.0, 238.0], [0, 0, 1]])
 BROWN = np.array([-0.21, 0.083, 0.0011, -0.0007, 0.013])
@@ -40,7 +41,7 @@ def test_a_crop_is_a_part_of_the_picture() -> None:
     part = camera().cropped(100, 50, 200, 150)
     assert part.size == (200, 150)
     np.testing.assert_allclose(part.project(POINTS)[0], camera().project(POINTS)[0] - [100, 50], atol=1e-9)
-    with pytest.raises(CameraError, match="whole"):
+    with raises(CameraError, code="wrong_type"):
         camera().cropped(0.5, 0, 10, 10)  # type: ignore[arg-type]
 
 
@@ -113,7 +114,7 @@ def test_the_map_is_that_of_opencv() -> None:
     np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=1e-3)
     assert ours.min() > -0.01
     assert (ours[..., 0].max(), ours[..., 1].max()) <= (639.01, 479.01)
-    with pytest.raises(CameraError, match="same centre"):
+    with raises(CameraError, code="unsupported_camera"):
         plain.replace(C=[1, 0, 0]).pixel_map(camera())
 
 
@@ -126,9 +127,9 @@ def test_what_looks_behind_has_no_undistorted_picture() -> None:
         distortion=[0, 0, 0, 0],
         model="fisheye",
     )
-    with pytest.raises(CameraError, match="crop"):
+    with raises(CameraError, code="unsupported_camera"):
         wide.undistorted(1.0)
-    with pytest.raises(CameraError, match="radian"):
+    with raises(CameraError, code="unsupported_camera"):
         raycam.Camera.equirectangular([0, 0, 0]).pinhole()
 
 
@@ -182,13 +183,13 @@ def test_axes_by_their_names() -> None:
     same = raycam.Camera.from_opengl(K, pose, (640, 480))
     made = raycam.Camera.from_transform(K, pose, (640, 480), axes="opengl")
     np.testing.assert_array_equal(same.P, made.P)
-    with pytest.raises(CameraError, match="transposed"):
+    with raises(CameraError, code="invalid_matrix"):
         raycam.Camera.from_transform(K, pose.T, (640, 480))
-    with pytest.raises(CameraError, match="one of"):
+    with raises(CameraError, code="missing_value"):
         raycam.Camera.from_transform(K, size=(640, 480))
-    with pytest.raises(CameraError, match="size"):
+    with raises(CameraError, code="missing_value"):
         raycam.Camera.from_transform(K, pose)
-    with pytest.raises(CameraError, match="length"):
+    with raises(CameraError, code="not_a_rotation"):
         raycam.Camera.from_quaternion(
             K, [1, 1, 0, 0], [0, 0, 0], (640, 480), order="wxyz", direction="world_from_camera"
         )

@@ -276,7 +276,7 @@ def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) 
         ("render ball.glb --spp 3", r"did you mean --samples\?"),
         ("render ball.glb --bounces 3", r"did you mean --max-depth\?"),
         ("video ball.glb --noise 1", r"did you mean --noise-threshold\?"),
-        ("dataset a.toml -o x --hdri a.hdr", "--hdri .*raycam render, raycam video"),
+        ("dataset a.toml -o x --hdri a.hdr", "--hdri .*raycam render, raycam view, raycam video"),
         ("info ball.glb other.glb", "unrecognized arguments: other.glb \\(see raycam info --help"),
     ],
 )

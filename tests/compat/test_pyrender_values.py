@@ -201,7 +201,7 @@ def test_attributes_are_converted_and_checked() -> None:
     assert wide.get_projection_matrix()[0, 0] == 1 / 1.5
     node = pyrender.Node(translation=[1, 2, 3])
     node.matrix[0, 3] = 9
-    assert node.translation.tolist() == [1, 2, 3]
+    assert node.translation.tolist() == [9, 2, 3]
     scene = pyrender.Scene(nodes=[pyrender.Node(light=light), pyrender.Node(light=pyrender.SpotLight())])
     assert scene.point_lights == {light}
     assert len(scene.spot_lights) == 1
@@ -269,3 +269,115 @@ def test_a_mesh_that_is_not_of_trimesh_is_refused_with_the_way_on() -> None:
 
     with pytest.raises(TypeError, match=r"not Arrays; arrays go to Primitive\(positions"):
         pyrender.Mesh.from_trimesh(Arrays(np.zeros((3, 3)), [[0, 1, 2]]))
+
+
+def test_node_assigned_elements_take_effect() -> None:
+    node = pyrender.Node(translation=[1, 2, 3], scale=[2, 2, 2])
+    node.translation[0] = 5
+    node.translation[1:] += 1
+    node.scale[2] = 4
+    np.testing.assert_allclose(node.matrix, [[2, 0, 0, 5], [0, 2, 0, 3], [0, 0, 4, 4], [0, 0, 0, 1]])
+    node.matrix[:3, 3] = [7, 8, 9]
+    np.testing.assert_allclose(node.translation, [7, 8, 9])
+    node.rotation[:] = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]
+    np.testing.assert_allclose(node.matrix[:3, 0], [0, 2, 0], atol=1e-12)
+    with pytest.raises(ValueError, match="rotation"):
+        node.rotation[0] = 3
+    with pytest.raises(ValueError, match="matrix"):
+        node.matrix[3, 0] = 1
+    with pytest.raises(ValueError, match="translation"):
+        node.translation[0] = np.nan
+    np.testing.assert_allclose(node.matrix[:3, 0], [0, 2, 0], atol=1e-12)
+
+
+def test_node_translation_keeps_a_mirroring_matrix() -> None:
+    node = pyrender.Node(matrix=np.diag([-1.0, 1, 1, 1]))
+    node.translation = [1, 2, 3]
+    np.testing.assert_allclose(node.matrix, [[-1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
+
+
+def test_camera_planes_are_checked_after_construction() -> None:
+    camera = pyrender.PerspectiveCamera(yfov=1.0, znear=0.1, zfar=10)
+    for name, value in (("znear", 20), ("zfar", 0.05), ("znear", 10)):
+        with pytest.raises(ValueError, match=name):
+            setattr(camera, name, value)
+    assert (camera.znear, camera.zfar) == (0.1, 10)
+    camera.zfar = None
+    camera.znear = 20
+    assert camera.znear == 20
+
+
+def test_scene_accepts_nodes_with_their_children() -> None:
+    leaf = pyrender.Node(name="leaf", translation=[0, 0, 1])
+    branch = pyrender.Node(name="branch", children=[leaf], translation=[0, 1, 0])
+    root = pyrender.Node(name="root", children=[branch], translation=[1, 0, 0])
+    for nodes in ([root, branch, leaf], [leaf, branch, root], [root], [leaf, root]):
+        scene = pyrender.Scene(nodes=nodes)
+        assert scene.nodes == {root, branch, leaf}
+        np.testing.assert_allclose(scene.get_pose(leaf)[:3, 3], [1, 1, 1])
+    branch.children.append(root)
+    with pytest.raises(ValueError, match="below itself"):
+        pyrender.Scene(nodes=[root, branch])
+
+
+def test_point_cloud_without_points_is_shown_as_nothing() -> None:
+    scene = pyrender.Scene(bg_color=[0, 0, 0])
+    points: Any
+    for points in ([], np.zeros((0, 3))):
+        scene.add(pyrender.Mesh.from_points(points, colors=np.zeros((0, 3))))
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0))
+    color, depth = pyrender.OffscreenRenderer(16, 12).render(scene)
+    assert (color.max(), depth.max()) == (0, 0)
+
+
+@pytest.mark.parametrize("color", [[255, 0, 0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0], [[1.0, 0.0, 0.0]]])
+def test_one_color_is_that_of_all_points(color: object) -> None:
+    mesh = pyrender.Mesh.from_points(np.eye(3), colors=color)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(
+        mesh.primitives[0].color_0, np.tile(np.array([1, 0, 0, 1], np.float32), (3, 1))
+    )
+
+
+def test_renderer_without_shaders_names_the_channel() -> None:
+    with pytest.raises(AttributeError, match="channel normal"):
+        _ = pyrender.OffscreenRenderer(4, 3)._renderer
+
+
+@pytest.mark.parametrize("mirror", [[-1, 1, 1], [1, -1, 1], [1, 1, -1], [-1, -1, -1]])
+def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
+    """glTF 2.0, 3.7.4: a negative determinant reverses the winding. A box mirrored by its own planes is itself."""
+    box = pyrender.Mesh.from_trimesh(trimesh.creation.box(), smooth=False)
+    pictures = []
+    for pose in (np.eye(4), np.diag([*mirror, 1.0])):
+        scene = pyrender.Scene(ambient_light=[0.2] * 3)
+        scene.add(box, pose=pose)
+        view = np.eye(4)
+        view[2, 3] = 2
+        scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=view)
+        scene.add(pyrender.DirectionalLight(intensity=2), pose=view)
+        pictures.append(pyrender.OffscreenRenderer(32, 24).render(scene))
+    np.testing.assert_array_equal(pictures[1][1], pictures[0][1])
+    np.testing.assert_array_equal(pictures[1][0], pictures[0][0])
+
+
+def test_instances_of_one_mesh_are_added_in_linear_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second image looks up each instance once."""
+    from raycam.compat.pyrender.picture import instances
+
+    calls: list[int] = []
+    key = instances.Instance.key
+
+    def counted(self: instances.Instance) -> tuple[int, int, int]:
+        calls.append(1)
+        return key(self)
+
+    monkeypatch.setattr(instances.Instance, "key", counted)
+    poses = np.tile(np.eye(4), (300, 1, 1))
+    poses[:, 0, 3] = np.arange(300)
+    scene = pyrender.Scene()
+    scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box(), poses=poses))
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0))
+    renderer = pyrender.OffscreenRenderer(8, 6)
+    renderer.render(scene)
+    renderer.render(scene)
+    assert len(calls) == 300, len(calls)

@@ -123,7 +123,7 @@ def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str
     assert [row["image"] for row in rows] == list(images.values())
     assert [(row["view"], row["camera"]) for row in rows] == list(enumerate(given))
     named = [path for path in (tmp_path / "set").rglob("*") if path.stem in ("IMG 1", "IMG_1")]
-    assert bool(named) == (format in ("coco", "colmap", "nerf", "yolo", "panoptic", "semantic"))
+    assert bool(named) == (format in ("coco", "colmap", "nerf", "yolo", "panoptic", "photos", "semantic"))
     write(wall(3.5), tmp_path / "none", format, cameras=list(cameras.values()), samples=1)
     assert not (tmp_path / "none/source_images.json").exists()
 

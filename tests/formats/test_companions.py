@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import raises
 
 OBJ = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
 POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935\nsize 12345\n"
@@ -87,12 +88,12 @@ def test_links_to_folders_apart_say_what_to_do(tmp_path: Path) -> None:
     (notice,) = world.notices[:1]
     assert "a symbolic link to" in str(notice)
     assert f'load with folder="{tmp_path.resolve()}"' in str(notice)
-    with pytest.raises(raycam.FormatError, match=r"a symbolic link to .*load with folder="):
+    with raises(raycam.FormatError, code="outside_root", mentions=["folder="]):
         raycam.load(model / "a.gltf")
     for name in ("a.obj", "a.gltf"):
         world = raycam.load(model / name, folder=tmp_path)
         assert world.counts["textures"] == 1, world.notices
-    with pytest.raises(raycam.SettingsError, match="does not lie in"):
+    with raises(raycam.SettingsError, code="outside_root"):
         raycam.load(model / "a.obj", folder=tmp_path / "objects" / "a.png")
 
 
@@ -108,7 +109,7 @@ def test_a_link_that_leads_nowhere_is_called_so(tmp_path: Path, kind: str, targe
     )
     path.unlink()
     path.symlink_to(f"../gone/{path.name}")
-    with pytest.raises(FileNotFoundError, match=r"a symbolic link to \.\./gone/.*, which leads to no file"):
+    with raises(FileNotFoundError, code="file_not_found", mentions=["../gone/"]):
         raycam.load(path)
 
 
@@ -131,14 +132,14 @@ def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
     scenes = tmp_path / "model" / "scenes"
     scenes.mkdir()
     (scenes / "room.toml").write_text('[[object]]\nmesh = "../meshes/a.obj"\n')
-    with pytest.raises(raycam.FormatError, match=r"leads out of the folder.*load with folder="):
+    with raises(raycam.FormatError, code="outside_root", mentions=["folder="]):
         raycam.load(scenes / "room.toml")
     assert raycam.load(scenes / "room.toml", folder=tmp_path / "model").counts["textures"] == 1
 
 
 def test_time_is_for_usd_alone(tmp_path: Path) -> None:
     write_obj(tmp_path)
-    with pytest.raises(raycam.SettingsError, match=r"time= is for USD"):
+    with raises(raycam.SettingsError, code="conflicting_values", mentions=["time=", "USD"]):
         raycam.load(tmp_path / "a.obj", time=1.0)
 
 
@@ -226,5 +227,5 @@ def test_alpha_of_an_image_counts_for_files_and_arrays_alike(tmp_path: Path) -> 
             world.add_object(plane={"size": 8}, type="unlit", texture=texture, **alpha)
             seen = raycam.render(world, camera, samples=4, channels=["alpha"])["alpha"]
             assert seen.mean() == pytest.approx(there, abs=0.06), (alpha, type(image))
-    with pytest.raises(raycam.WorldError, match="opacity"):
+    with raises(raycam.WorldError, code="invalid_value"):
         raycam.World().add_object(plane={}, alpha="opaque", opacity=0.5)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import raises
 
 SIZE = (96, 64)
 CAMERA = raycam.Camera.look_at([0.5, -5, 2], [0, 0, 0.4], up=[0, 0, 1], size=SIZE, fov=40)
@@ -117,7 +118,7 @@ def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> 
 
 @pytest.mark.parametrize("limit", [0, -1, "lots", "5 parsec", True, "0 MiB"])
 def test_a_limit_that_is_none_is_refused(limit: int | str) -> None:
-    with pytest.raises(raycam.SettingsError, match="texture_memory"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["texture_memory"]):
         raycam.World(texture_memory=limit)
 
 

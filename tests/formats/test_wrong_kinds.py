@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import raises
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 TEXTS = {
@@ -115,5 +116,5 @@ def test_marked_calibrations_are_read(tmp_path: Path, kind: str, encoding: str) 
 
 def test_a_folder_is_no_model(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(OBJ)
-    with pytest.raises(IsADirectoryError, match=r"a folder.*a\.obj"):
+    with raises(IsADirectoryError, code="file_unreadable", mentions=["a.obj"]):
         raycam.load(tmp_path)

@@ -14,6 +14,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.render.frame import CHANNELS, SAVERS, check_save
+from support.raises import raises
 
 SIZE = (7, 5)
 
@@ -210,28 +211,30 @@ def test_arrays_need_not_be_contiguous(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_saved(tmp_path: Path) -> None:
-    with pytest.raises(
-        raycam.FormatError, match=r"an ending '.jp2'; pictures are written to .png, .jpg, .jpeg, .hdr, .exr"
+    with raises(
+        raycam.FormatError,
+        code="unknown_format",
+        mentions=["'.jp2'", ".png", ".hdr", ".exr"],
     ):
         frame().save(tmp_path / "a.jp2")
-    with pytest.raises(raycam.FormatError, match="no ending"):
+    with raises(raycam.FormatError, code="unknown_format"):
         frame().save(tmp_path / "a")
     with pytest.raises(raycam.SettingsError, match=r"a \.png file shows one channel, this has depth, uv"):
         frame(("depth", "uv")).save(tmp_path / "a.png")
-    with pytest.raises(raycam.SettingsError, match=r"half is not an option of \.png"):
+    with raises(raycam.SettingsError, code="unknown_key", mentions=["half", ".png"]):
         frame().save(tmp_path / "a.png", half=True)
-    with pytest.raises(raycam.SettingsError, match=r"bits is not an option of \.exr"):
+    with raises(raycam.SettingsError, code="unknown_key", mentions=["bits", ".exr"]):
         frame().save(tmp_path / "a.exr", bits=16)
-    with pytest.raises(raycam.SettingsError, match="bits is 12"):
+    with raises(raycam.SettingsError, code="invalid_value", mentions=["bits", "12"]):
         frame().save(tmp_path / "a.png", bits=12)
-    with pytest.raises(FileNotFoundError, match="nowhere"):
+    with raises(FileNotFoundError, code="file_not_found"):
         frame().save(tmp_path / "nowhere" / "a.png")
     assert os.listdir(tmp_path) == []
 
 
 def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
     check_save(tmp_path / "a.png", ["color"], SIZE)
-    with pytest.raises(OSError, match="bytes free"):
+    with raises(OSError, code="file_unreadable"):
         check_save(tmp_path / "a.npz", list(CHANNELS), (1 << 30, 1 << 30))
     check_save(tmp_path / "a.png", ["depth"], SIZE)
     with pytest.raises(raycam.SettingsError, match="choose one"):

@@ -84,7 +84,41 @@ def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
     shown = raycam.render(world, camera, samples=4, exposure=stops)
     assert not shown.notices
     assert 60 < np.median(shown.to_srgb8()) < 250
-    assert said(world, camera, view="agx") == ""
+    displayed = raycam.render(world, camera, samples=4).to_srgb8(view="agx")
+    assert (said(world, camera, view="agx") != "") == (displayed.min() >= 254)
+
+
+def shaded_world(radiance: float) -> raycam.World:
+    """A sphere that covers a small part of a view, with a dark background, lit from the side."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 0.5})
+    world.add_light("sun", direction=[-1, 1, -1], irradiance=radiance)
+    world.add_light("sky", radiance=0.05 * radiance)
+    return world
+
+
+@pytest.mark.parametrize(("power", "word"), [(8, "white"), (12, "white"), (-14, "colour"), (-11, "colour")])
+@pytest.mark.parametrize("channels", ["color", ["color", "instance"]])
+def test_objects_without_shading_get_an_exposure_that_shows_it(power: int, word: str, channels: Any) -> None:
+    world = shaded_world(2.0**power)
+    dark_sky = {"background": [0.1, 0.1, 0.1]}
+    notice = said(world, channels=channels, **dark_sky)
+    assert word in notice
+    assert "exposure=" in notice
+    stops = float(notice.split("exposure=")[1].split()[0])
+    frame = raycam.render(
+        world, CAMERA, samples=4, exposure=stops, channels=["color", "instance"], **dark_sky
+    )
+    assert not frame.notices
+    assert len(np.unique(frame.to_srgb8()[frame["instance"] >= 0])) > 20
+
+
+def test_object_of_one_colour_gets_no_notice() -> None:
+    world = raycam.World()
+    world.add_object(plane={"size": 80})
+    world.add_light("sky", radiance=0.5)
+    camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
+    assert said(world, camera) == ""
 
 
 def test_white_itself_is_not_beyond() -> None:

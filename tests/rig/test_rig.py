@@ -12,6 +12,7 @@ import pytest
 import raycam
 from raycam.calibration import WRITTEN_FORMATS
 from scipy.spatial.transform import Rotation, Slerp
+from support.raises import raises
 
 K = np.array([[420.0, 0.0, 161.5], [0.0, 430.0, 118.25], [0.0, 0.0, 1.0]])
 
@@ -143,7 +144,7 @@ keyframe = [
     other.add_rig(rig)
     assert list(other.rigs) == ["car", "car-2"]
     assert "car-2/left" in other.cameras
-    with pytest.raises(raycam.WorldError, match=r"rig\[0\].camera\[0\]"):
+    with raises(raycam.WorldError, code="wrong_shape", mentions=["rig[0].camera[0]"]):
         raycam.World.from_dict({"rig": {"camera": {"focal": 9, "location": [1, 2]}}})
 
 
@@ -244,20 +245,20 @@ def test_disparity_is_in_the_frames_of_the_pair_and_opencv_gets_the_points_of_it
 
 def test_what_is_no_pair_is_refused() -> None:
     world, rig = room(), pair()
-    with pytest.raises(raycam.CameraError, match="not a rectified pair"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         rig.render(world, channels=["disparity"])
     moving = raycam.Rig.stereo(ahead(), 0.1)
     moving = moving.moving(moving.placed([0, 1, 0.5]), exposure=0.01)
-    with pytest.raises(raycam.CameraError, match="shutter"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         raycam.disparity(world, moving)
-    with pytest.raises(raycam.CameraError, match="lef"):
+    with raises(raycam.CameraError, code="unknown_name"):
         rig.pair("lef")
-    with pytest.raises(raycam.CameraError, match="has one"):
+    with raises(raycam.CameraError, code="missing_value"):
         raycam.Rig({"a": ahead()}).pair()
     with pytest.raises(raycam.CameraError, match="without cameras"):
         raycam.Rig({})
-    with pytest.raises(raycam.CameraError, match="not a rotation"):
+    with raises(raycam.CameraError, code="not_a_rotation"):
         raycam.Rig({"a": ahead()}, R=np.ones((3, 3)))
     affine = raycam.Camera.from_matrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], (9, 9))
-    with pytest.raises(raycam.CameraError, match="infinity"):
+    with raises(raycam.CameraError, code="unsupported_camera"):
         raycam.Rig.of({"a": affine})

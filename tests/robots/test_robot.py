@@ -76,7 +76,7 @@ FAULTS = [
     ({"follow": 1.0}, "mimics 'push' and cannot be set"),
     ([1.0], r"expected joint values \[2\].*\[1\]; the order is: turn, push"),
     ([1.0, 2.0, 3.0], "turn, push"),
-    ({"turn": [1.0, 2.0]}, "one value per joint"),
+    ({"turn": [1.0, 2.0]}, "one joint vector, got 2"),
     ({"turn": "a"}, "turn"),
     ({"turn": np.nan}, "turn"),
 ]

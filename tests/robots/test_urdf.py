@@ -130,3 +130,9 @@ def test_mimic_of_a_floating_joint_raises() -> None:
     )
     with pytest.raises(raycam.FormatError, match="floating"):
         read_urdf(urdf(body), "r.urdf")
+
+
+def test_mimic_of_a_fixed_joint_is_ignored_with_a_notice() -> None:
+    robot = read_urdf(urdf(LINKS + joint(kind="fixed", more='<mimic joint="k"/>')), "r.urdf")
+    assert robot.joints["j"].mimic is None
+    assert "r.urdf:4" in str(robot.notices[0])

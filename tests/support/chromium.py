@@ -90,9 +90,9 @@ class Tab:
 
     def open(self, url: str) -> None:
         """Loads a page, until its first picture is there."""
-        self.evaluate("globalThis.isLeft = true")
+        self.wait("globalThis.isLeft = true")
         if "loaderId" not in self.call("Page.navigate", url=url):  # the same document, at another fragment
-            self.evaluate("globalThis.isLeft = false")
+            self.wait("(globalThis.isLeft = false) === false")
         self.wait("!globalThis.isLeft && document.getElementById('status-picture')?.textContent")
 
     def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:

@@ -276,10 +276,10 @@ def test_two_frames_are_compared_by_the_keyboard(
     frame.save(tmp_path / "x.html", compare=other)
     tab.open((tmp_path / "x.html").as_uri())
     modes = []
-    for _ in range(4):
+    for _ in range(7):
         tab.press("x")
         modes.append(tab.evaluate("document.getElementById('compare-mode').value"))
-    assert modes == ["slider", "flip", "difference", "off"]
+    assert modes == ["slider", "flip", "blink", "difference", "signed", "relative", "off"]
     differs = np.abs(frame["color"].astype(float) - other["color"]).max(axis=2)
     figures = tab.evaluate("[...document.querySelectorAll('#difference dd')].map((each) => each.textContent)")
     assert figures[0] == f"{np.count_nonzero(differs):,} of {differs.size:,}"

@@ -246,7 +246,7 @@ def test_a_late_picture_is_told(tab: Tab, live: Server, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(Scheduler, "_next", only_moving)
     tab.open(live.url)
-    tab.wait("document.getElementById('status').textContent === 'the next picture is being made, 2 s'")
+    tab.wait("document.getElementById('status').textContent === 'rendering the next image, 2 s'")
     let_go.set()
     tab.wait(DONE)
 
@@ -355,7 +355,7 @@ def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path)
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     tab.evaluate("document.getElementById('film').click()")
     tab.wait("!document.getElementById('film-stop').hidden")
-    assert text_of(tab, "film-stop").startswith("Stop the film: ")
+    assert text_of(tab, "film-stop").startswith("Stop the video: ")
     assert tab.evaluate("document.getElementById('film-time').disabled")
     tab.evaluate("document.getElementById('film-stop').click()")
     tab.wait("document.getElementById('message').textContent === 'The film was stopped.'")

@@ -139,7 +139,7 @@ def test_the_command_says_what_it_leaves_out(small_world: raycam.World) -> None:
     receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
     command, said = copied_command(session)
     assert shlex.split(command)[2:4] == ["of a script", "-o"]
-    assert ["Save TOML" in said[0], "file name" in said[1]] == [True, True]
+    assert ["edits" in said[0], "file" in said[1]] == [True, True]
 
 
 def test_cameras_of_another_file_are_listed_and_written_by_the_command(

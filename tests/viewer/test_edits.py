@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -124,9 +126,14 @@ def test_materials_are_changed_and_keep_their_colour(small_world: raycam.World) 
     assert np.allclose(seen[16, 24], 4)
 
 
-def test_a_texture_is_not_lost_for_a_roughness() -> None:
-    world = raycam.World()
-    world.add_object(box={"size": 1}, texture=np.full((2, 2, 3), 128, np.uint8))
-    with pytest.raises(raycam.WorldError, match="lose the texture"):
-        edited(world, "object", 0, "roughness", 0.5)
-    assert material(edited(world, "object", 0, "emission", 1), 0)["textured"]
+def test_roughness_keeps_color_and_texture_of_each_material(tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n")
+    faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n{faces}")
+    world = raycam.load(tmp_path / "m.obj")
+    colors = [json.loads(edited(world, "object", 0, "roughness", 0.5)._core.material(0, i)) for i in range(2)]
+    assert [each["color"] for each in colors] == [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]]
+    assert [each["model"]["Principled"]["roughness"]["value"] for each in colors] == [0.5, 0.5]
+    textured = raycam.World()
+    textured.add_object(box={"size": 1}, texture=np.full((2, 2, 3), 128, np.uint8))
+    assert material(edited(textured, "object", 0, "roughness", 0.5), 0)["textured"]

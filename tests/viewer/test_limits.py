@@ -54,7 +54,7 @@ def test_limits_are_those_of_the_design() -> None:
         8,
     )
     assert (serving.HANDSHAKE_TIME, serving.MOST_PROBES, serving.KEPT) == (5, 60, 600)
-    assert MAX_STILL_SIZE <= MAX_IMAGE_SIZE == (1920, 1080)
+    assert MAX_STILL_SIZE <= MAX_IMAGE_SIZE == (2560, 1600)
 
 
 @pytest.fixture

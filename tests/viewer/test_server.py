@@ -288,13 +288,17 @@ def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(
     assert (counts[0], counts[-1]) == (1, 16)
     assert client.pictures[0][1][:3] == b"\xff\xd8\xff"
     camera = small_world.camera("front")
-    message, data = client.pictures[-1]
+    client.say("planes", wanted=True)
+    message: dict[str, Any] = {}
+    while "plane" not in message:
+        message, (data,) = client.hear("picture", samples=16)
     expected = raycam.render(small_world, camera, samples=16, channels=["color", "alpha", "coverage"])
     assert unpack(message["plane"], data).tobytes() == expected["color"].tobytes()
 
 
 def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) -> None:
     camera = small_world.camera("front")
+    client.say("planes", wanted=True)
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"]]
     assert {*names, "shadow"} == set(CHANNELS)

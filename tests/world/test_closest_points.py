@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import raycam
+from support.raises import raises
 from support.surfaces import cube, torus
 
 Floats = npt.NDArray[np.float64]
@@ -151,7 +152,7 @@ def test_signed_distances_of_closed_forms() -> None:
     np.testing.assert_allclose(
         sheet.signed_distance(points, sign="pseudonormal"), points[:, 2], rtol=0, atol=1e-15
     )
-    with pytest.raises(raycam.SettingsError, match="did you mean 'winding'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'winding'"]):
         box.signed_distance(points, sign="windings")
 
 
@@ -192,7 +193,7 @@ def test_surface_points_see_each_other() -> None:
     assert not world.visible([np.nan, 0, 0], eye)
     wide = world.visible(points[:1], behind[:1], margin=100.0)
     assert wide.all(), "everything is within the margin"
-    with pytest.raises(raycam.SettingsError, match="margin"):
+    with raises(raycam.SettingsError, code="out_of_range"):
         world.visible(eye, eye, margin=-1)
 
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 SIDES = {
     "z": {"front": [0, -1, 0], "back": [0, 1, 0], "right": [1, 0, 0], "left": [-1, 0, 0], "top": [0, 0, 1]},
@@ -96,14 +97,14 @@ def test_errors() -> None:
             camera=raycam.Camera.orthographic([0, 0, 5], target=[0, 0, 0], height=2, size=(64, 48))
         )
     world, _ = cloud("z")
-    with pytest.raises(raycam.SettingsError, match="did you mean 'front'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'front'"]):
         world.view_from("fornt")
     for wrong in ([0, 0, 0], [1, 2], [np.nan, 0, 1]):
         with pytest.raises(raycam.SettingsError, match="direction"):
             world.view_from(wrong)
-    with pytest.raises(raycam.SettingsError, match="zoom"):
+    with raises(raycam.SettingsError, code="out_of_range"):
         world.view_from(zoom=0)
-    with pytest.raises(raycam.CameraError, match="nothing to look at"):
+    with raises(raycam.CameraError, code="nothing_visible"):
         raycam.World().view_from("front")
 
 
@@ -123,9 +124,9 @@ def test_the_up_axis_of_a_model(tmp_path: Path) -> None:
     np.testing.assert_allclose(-y.view_from("front").R[1], [0, 1, 0], atol=1e-12)
     world = tmp_path / "a.toml"
     world.write_text("[[object]]\nbox = {}\n")
-    with pytest.raises(raycam.SettingsError, match='up = "y" at its top'):
+    with raises(raycam.SettingsError, code="conflicting_values", mentions=["=", '"y"']):
         raycam.load(world, up="y")
-    with pytest.raises(raycam.SettingsError, match="expected 'z' or 'y'"):
+    with raises(raycam.SettingsError, code="invalid_value", mentions=["'z'", "'y'"]):
         raycam.load(path, up="x")  # type: ignore[arg-type]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import raycam
+from support.raises import raises
 
 Floats = npt.NDArray[np.float64]
 
@@ -276,7 +277,7 @@ def test_fields_are_those_asked_for() -> None:
     assert hits["category"][0] == hits["category"][1] != hits["category"][2] == -1
     np.testing.assert_allclose(hits["albedo"], [[0.2, 0.4, 0.6]] * 2 + [[0, 0, 0]], rtol=1e-6)
     assert np.isnan(hits["uv"][2]).all()
-    with pytest.raises(raycam.SettingsError, match="'instanze'; did you mean 'instance'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'instanze'", "'instance'"]):
         world.cast_rays([0, 0, 1], [0, 0, -1], fields=["t", "instanze"])
 
 
@@ -297,9 +298,9 @@ def test_skip_leaves_out_where_a_ray_starts() -> None:
     np.testing.assert_array_equal(
         world.occluded(first["position"], onward, skip=(first["instance"], first["triangle"]))[inwards], True
     )
-    with pytest.raises(raycam.SettingsError, match="skip"):
+    with raises(raycam.SettingsError, code="wrong_shape"):
         world.cast_rays(outer, -outer, skip=3)  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match=r"skip\[1\].*whole numbers"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["skip[1]"]):
         world.cast_rays(outer, -outer, skip=(0, 0.5))
 
 
@@ -327,7 +328,7 @@ def test_choice_of_objects_sides_and_surfaces() -> None:
     world.cast_rays(np.repeat(origins.reshape(-1, 3), 20, axis=0), [0, 0, -1.0])
     assert (seen(exclude="glass") == 1).all()
     assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()
-    with pytest.raises(raycam.SettingsError, match="did you mean 'front'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'front'"]):
         world.cast_rays(origins, directions, facing="fromt")  # type: ignore[arg-type]
     with pytest.raises(raycam.SettingsError, match="exact kernel"):
         world.cast_rays(origins, directions, objects=[0], exact=False)
@@ -358,7 +359,7 @@ def test_arrays_come_in_any_form() -> None:
             return self.place
 
     np.testing.assert_array_equal(world.cast_rays(Produced(eyes), Produced(ways))["t"], full["t"])
-    with pytest.raises(raycam.SettingsError, match="origins is on the device type 2"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["origins", "2"]):
         world.cast_rays(Produced(eyes, (2, 0)), ways)
 
     class Tensor:
@@ -371,14 +372,16 @@ def test_arrays_come_in_any_form() -> None:
             return ways
 
     assert world.cast_rays(eyes, Tensor("cpu", False))["t"].shape == (4, 5)  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match=r"directions is on cuda:0.*directions\.cpu\(\)"):
+    with raises(
+        raycam.SettingsError, code="wrong_type", mentions=["directions", "cuda:0", "directions.cpu()"]
+    ):
         world.cast_rays(eyes, Tensor("cuda:0", False))  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match=r"directions\.detach\(\)"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["directions.detach()"]):
         world.cast_rays(eyes, Tensor("cpu", True))  # type: ignore[arg-type]
     for wrong in ([[1, 2]], "abc", [[1, 2, "x"]], [[1j, 0, 0]]):
         with pytest.raises(raycam.SettingsError, match="origins"):
             world.cast_rays(wrong, ways)  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match=r"origins \[2, 3\] and directions \[5, 3\]"):
+    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[2", "3]", "[5"]):
         world.cast_rays(np.zeros((2, 3)), ways)
     answers = world.cast_rays(eyes, ways)
     assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())
@@ -432,7 +435,7 @@ def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
     assert world.count_intersections(grid, [0, 0, size]).tolist() == (2 * inside).tolist()
     huge = raycam.World()
     huge.add_mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * 1e39, [[0, 1, 2]])
-    with pytest.raises(raycam.WorldError, match="vertex 0"):
+    with raises(raycam.WorldError, code="invalid_mesh", mentions=["0"]):
         huge.cast_rays([0, 0, 1], [0, 0, -1])
 
 
@@ -441,8 +444,8 @@ def test_unknown_limits_of_rays_raise_with_the_valid_names() -> None:
     world.add_object("box")
     ray = ([0.0, 0, 5], [0.0, 0, -1])
     for call in (world.cast_rays, world.occluded, world.intersections, world.count_intersections):
-        with pytest.raises(raycam.SettingsError, match="t_min"):
+        with raises(raycam.SettingsError, code="unknown_key", mentions=["t_min"]):
             call(*ray, tmin=1.0)  # type: ignore[call-arg]
     for call in (world.intersections, world.count_intersections):
-        with pytest.raises(raycam.SettingsError, match="exact"):
+        with raises(raycam.SettingsError, code="unknown_key"):
             call(*ray, exact=False)  # type: ignore[call-arg]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.world.studio import FLOOR
+from support.raises import raises
 
 
 def bare(up: Literal["z", "y"] = "z", scale: float = 1.0) -> raycam.World:
@@ -119,7 +120,7 @@ def test_ground(up: Literal["z", "y"]) -> None:
     np.testing.assert_allclose(np.ptp(np.delete(corners, axis, 1), axis=0), 4)
     normal = np.cross(*np.diff(world.triangles(second)[0], axis=0))
     assert normal[axis] > 0
-    with pytest.raises(raycam.WorldError, match="empty"):
+    with raises(raycam.WorldError, code="missing_value"):
         raycam.World().add_ground()
 
 
@@ -152,5 +153,5 @@ def test_lights_with_a_target(up: Literal["z", "y"]) -> None:
         given = {key: value for key, value in given.items() if value is not None}
         with pytest.raises(raycam.WorldError, match=said):
             world.add_light(given)
-    with pytest.raises(raycam.WorldError, match="did you mean 'crate'"):
+    with raises(raycam.WorldError, code="unknown_name", mentions=["'crate'"]):
         world.add_light("spot", position=place, target="crat", power=1)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use raycam_formats::io::{AssetRoot, InputFile, without_utf16};
 use raycam_formats::{Budget, FormatError, Result};
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode};
 
 use crate::calibration_tools::{anipose, basalt, camodocal, kalibr, mrcal};
 use crate::datasets::{
@@ -158,7 +158,8 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
-        FormatError::encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
+        let message = format!("no calibration format is called {name:?}{hint} (there are: {known})");
+        FormatError::encode(ErrorCode::UnknownName.message(message))
     })
 }
 

@@ -55,6 +55,11 @@ impl SceneError {
         Self::World(message.into())
     }
 
+    /// The error of a name that no part of a world has.
+    pub fn unknown_name(message: impl Into<String>) -> Self {
+        Self::World(ErrorCode::UnknownName.message(message))
+    }
+
     /// The error of an invalid lens.
     pub fn lens(message: impl Into<String>) -> Self {
         Self::Camera(ErrorCode::InvalidLens.message(message))

@@ -13,23 +13,23 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Bools, Floats, real, thread_count, whole, words
-from ..errors import Notice, WorldError
+from ..errors import WorldError
 from ..io.atomic_files import write
-from ..notices import warn
 from ..world import World
 from ..world.chosen import object_number
+from ..world.face_geometry import face_normals
 from ..world.object_mesh import ObjectMesh, object_mesh
 from .gutters import fill_gutters
 from .hemisphere import hemisphere_directions
-from .texels import Texels, find_texels, mark
+from .texels import Texels, covered_texels, find_texels, warn_of_overlap
 
 __all__ = ["MAPS", "BakedMaps", "bake"]
 
 MAPS = ("position", "normal", "shading_normal", "ao", "bent_normal", "thickness", "instance", "triangle")
-"""Maps that `bake` makes."""
-ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""The maps that `bake` supports."""
+RELATIVE_ROUNDING = 8 * float(np.finfo(np.float64).eps)
 """Rounding of a point on a surface, relative to its largest coordinate; rays start beyond it."""
-CHUNK = 1 << 17
+CHUNK_TEXELS = 1 << 17
 """Texels in work at the same time."""
 
 
@@ -112,26 +112,19 @@ def bake(
     mesh = object_mesh(world, number)
     if whole("uv_set", uv_set, 0, 7) >= len(mesh.uvs):
         raise WorldError(
-            f"object {object!r} has {len(mesh.uvs)} sets of texture coordinates, and bake requires set {uv_set}"
+            f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0"
         )
     texels = find_texels(mesh.uvs[uv_set], (wide, wide))
-    if texels.overlapping:
-        warn(
-            Notice(
-                f"object {object!r}: {texels.overlapping} texels are in several faces, because islands of its texture "
-                "coordinates overlap; such texels have the values of the first face",
-                "implausible",
-            )
-        )
-    covered = mark(texels)
+    warn_of_overlap(texels, object)
+    covered = covered_texels(texels)
     found: dict[str, npt.NDArray[Any]] = {}
     for name in chosen:
         shape = (wide * wide,) if name in ("ao", "thickness", "instance", "triangle") else (wide * wide, 3)
         ids = name in ("instance", "triangle")
         found[name] = np.full(shape, -1, np.int32) if ids else np.zeros(shape, np.float32)
     linear = np.asarray(np.linalg.inv(world.objects[number].matrix[:3, :3]).T, np.float64)
-    for first in range(0, len(texels.index), CHUNK):
-        part = slice(first, first + CHUNK)
+    for first in range(0, len(texels.index), CHUNK_TEXELS):
+        part = slice(first, first + CHUNK_TEXELS)
         values = _values(
             world, mesh, texels, part, linear, (number, chosen, count, reach, thread_count(threads))
         )
@@ -167,35 +160,27 @@ def _values(
         values["shading_normal"] = np.where(length > 0, turned / np.where(length > 0, length, 1), normal)
     skip = (np.full(len(face), number, np.int32), face.astype(np.int32))
     # A texel on an edge touches the neighbouring face, which is not an occluder.
-    start = ROUNDING * float(np.abs(position).max(initial=0.0))
+    start = RELATIVE_ROUNDING * float(np.abs(position).max(initial=0.0))
     keys = texels.index[part]
     if "ao" in names or "bent_normal" in names:
         free, bent = np.zeros(len(face)), np.zeros((len(face), 3))
         for sample in range(samples):
-            ways = hemisphere_directions(normal, keys, sample, samples)
-            clear = ~world.occluded(position, ways, reach, t_min=start, skip=skip, threads=threads)
+            directions = hemisphere_directions(normal, keys, sample, samples)
+            clear = ~world.occluded(position, directions, reach, t_min=start, skip=skip, threads=threads)
             free += clear
-            bent += np.where(clear[:, None], ways, 0.0)
+            bent += np.where(clear[:, None], directions, 0.0)
         length = np.sqrt((bent**2).sum(axis=1, keepdims=True))
         values["ao"] = free / samples
         values["bent_normal"] = np.where(length > 0, bent / np.where(length > 0, length, 1), normal)
     if "thickness" in names:
         total, hits = np.zeros(len(face)), np.zeros(len(face))
         for sample in range(samples):
-            ways = hemisphere_directions(-normal, keys, sample, samples)
+            directions = hemisphere_directions(-normal, keys, sample, samples)
             t = world.cast_rays(
-                position, ways, t_max=reach, t_min=start, fields=("t",), skip=skip, threads=threads
+                position, directions, t_max=reach, t_min=start, fields=("t",), skip=skip, threads=threads
             )["t"]
             hit = np.isfinite(t)
             total += np.where(hit, t, reach if np.isfinite(reach) else 0.0)
             hits += hit | np.isfinite(reach)
         values["thickness"] = total / np.maximum(hits, 1)
     return values
-
-
-def face_normals(corners: Floats) -> Floats:
-    """The unit normals [n, 3] of triangles [n, 3, 3]; 0 without area."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt((across**2).sum(axis=1, keepdims=True))
-    found: Floats = np.divide(across, length, out=np.zeros_like(across), where=length > 0)
-    return found

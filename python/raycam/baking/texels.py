@@ -10,14 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Bools, Floats
+from ..errors import Notice
+from ..notices import warn
 
-__all__ = ["Texels", "find_texels"]
+__all__ = ["Texels", "covered_texels", "find_texels", "warn_of_overlap"]
 
 Ints = npt.NDArray[np.int64]
 
-CANDIDATES = 1 << 20
+MAX_CANDIDATES = 1 << 20
 """Pairs of a triangle and a texel in work at the same time, about 200 MB."""
-ERROR = 1e-14
+MAX_RELATIVE_ERROR = 1e-14
 """Bound of the relative error of a float64 edge function; signs below it are decided by fractions."""
 
 
@@ -72,13 +74,15 @@ def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, 
     rows = extent[faces, 1]
     start = 0
     while start < len(faces):
-        total = np.cumsum(rows[start : start + CANDIDATES] * extent[faces[start : start + CANDIDATES], 0])
-        some = faces[start : start + max(1, int(np.searchsorted(total, CANDIDATES, side="right")))]
+        total = np.cumsum(
+            rows[start : start + MAX_CANDIDATES] * extent[faces[start : start + MAX_CANDIDATES], 0]
+        )
+        some = faces[start : start + max(1, int(np.searchsorted(total, MAX_CANDIDATES, side="right")))]
         start += len(some)
         tall = np.repeat(some, extent[some, 1])
         y = low[tall, 1] + _count_up(extent[some, 1])
-        for first in range(0, len(tall), max(1, CANDIDATES // max(1, int(extent[some, 0].max())))):
-            piece = slice(first, first + max(1, CANDIDATES // max(1, int(extent[some, 0].max()))))
+        for first in range(0, len(tall), max(1, MAX_CANDIDATES // max(1, int(extent[some, 0].max())))):
+            piece = slice(first, first + max(1, MAX_CANDIDATES // max(1, int(extent[some, 0].max()))))
             widths = extent[tall[piece], 0]
             face = np.repeat(tall[piece], widths)
             yield face, low[face, 0] + _count_up(widths), np.repeat(y[piece], widths)
@@ -101,7 +105,7 @@ def edge_signs(corners: Floats, x: Ints, y: Ints) -> npt.NDArray[np.int8]:
         right = (b[:, 1] - a[:, 1]) * (point[:, 0] - a[:, 0])
         value = left - right
         signs[:, i] = np.sign(value)
-        unsure = np.flatnonzero(np.abs(value) <= ERROR * (np.abs(left) + np.abs(right)))
+        unsure = np.flatnonzero(np.abs(value) <= MAX_RELATIVE_ERROR * (np.abs(left) + np.abs(right)))
         for k in unsure:
             ax, ay, bx, by = (Fraction(float(v)) for v in (*a[k], *b[k]))
             exact = (bx - ax) * (int(y[k]) - ay) - (by - ay) * (int(x[k]) - ax)
@@ -125,8 +129,20 @@ def _weights(corners: Floats, index: Ints, width: int) -> Floats:
     return found
 
 
-def mark(texels: Texels) -> Bools:
-    """True [h, w] for the texels."""
-    marked = np.zeros(texels.size[0] * texels.size[1], bool)
-    marked[texels.index] = True
-    return marked.reshape(texels.size[1], texels.size[0])
+def covered_texels(texels: Texels) -> Bools:
+    """Returns True [h, w] for texels whose centre is in a face."""
+    covered = np.zeros(texels.size[0] * texels.size[1], bool)
+    covered[texels.index] = True
+    return covered.reshape(texels.size[1], texels.size[0])
+
+
+def warn_of_overlap(texels: Texels, name: object) -> None:
+    """Warns if islands of an object's texture coordinates overlap."""
+    if texels.overlapping:
+        warn(
+            Notice(
+                f"object {name!r}: {texels.overlapping} texels belong to several faces, because islands of its texture "
+                "coordinates overlap; the first face determines the value of such a texel",
+                "implausible",
+            )
+        )

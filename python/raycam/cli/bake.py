@@ -34,7 +34,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--distance",
         metavar="METRES",
         type=float,
-        help="distance up to which surfaces occlude (default: any)",
+        help="ignore surfaces beyond this distance (default: no limit)",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)

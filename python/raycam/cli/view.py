@@ -14,7 +14,8 @@ from ..errors import SettingsError
 from ..io.system_calls import give_memory_back
 from .options.cameras import WORLD_ENDINGS, add_camera, load_calibration
 from .options.command import Command
-from .options.framing import find_camera
+from .options.framing import find_camera, is_framed
+from .options.look import add_look
 from .options.messages import print_notice
 from .options.worlds import add_texture_memory, load_world
 
@@ -33,6 +34,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     add_texture_memory(command)
     add_camera(command)
+    add_look(command)
     command.add_argument(
         "--cameras",
         metavar="FILE",
@@ -110,7 +112,11 @@ def _show_frames(options: argparse.Namespace) -> None:
 
     frame = load_frame(options.world)
     _refuse_others(options)
-    more: dict[str, Any] = {} if options.compare is None else {"compare": load_frame(options.compare)}
+    more: dict[str, Any] = (
+        {}
+        if options.compare is None
+        else {"compare": load_frame(options.compare), "compare_title": Path(options.compare).name}
+    )
     shown = {name: getattr(options, name) for name in FRAME_OPTIONS}
     made = page(frame, title=Path(options.world).name, **shown, **more)
     print(write_page(made, browser=not options.no_browser))
@@ -141,10 +147,24 @@ def _view_world(options: argparse.Namespace) -> None:
     give_memory_back()
     world = load_world(options)
     own = set(world.cameras)
+    framed = options.camera is None and is_framed(world, options)
+    camera = None if framed else find_camera(world, options)
     _add_cameras(world, options)
+    look = {
+        name: getattr(options, name)
+        for name in ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
+    }
+    if options.background_camera is not None:
+        raise SettingsError("--background-camera is not supported by the view; use raycam render")
     with Viewer(
         world,
-        find_camera(world, options),
+        camera,
+        **look,
+        **(
+            {"view_from": options.view_from or "default", "zoom": options.zoom, "fov": options.fov}
+            if framed
+            else {}
+        ),
         title=Path(options.world).name,
         integrator=options.integrator,
         samples=options.samples,

@@ -29,7 +29,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         ".glb: the model without unseen faces, with --cull",
     )
     command.add_argument(
-        "--cull", action="store_true", help="omit faces that fewer than --min-views cameras see"
+        "--cull", action="store_true", help="omit faces that are visible to fewer than --min-views cameras"
     )
     command.add_argument(
         "--min-views",
@@ -65,7 +65,10 @@ def _run(options: argparse.Namespace) -> None:
             f"-o {options.output}: expected a name that ends in .ply, .npz or .glb", code="unknown_format"
         )
     if ending == ".glb" and not options.cull:
-        raise SettingsError(f"-o {options.output}: a .glb file requires --cull", code="missing_value")
+        raise SettingsError(
+            f"-o {options.output}: a .glb file requires --cull; add it, or write .ply or .npz",
+            code="missing_value",
+        )
     world = load_world(options)
     cameras = photograph_cameras(options)
     seen = surface_visibility(

@@ -12,6 +12,7 @@ from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..io.glb import GlbBuilder
 from ..notices import warn_all
+from ..srgb import linear_from_srgb
 from ..world import World
 
 __all__ = ["Array", "Up", "WorldCollector", "build_world", "default_material", "to_array", "to_linear"]
@@ -147,6 +148,6 @@ def to_linear(colors: Any) -> Array:
     )
     linear = array.copy()
     rgb = array[:, :3]
-    linear[:, :3] = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear[:, :3] = linear_from_srgb(rgb)
     opaque = array.shape[1] == 4 and (array[:, 3] == 1).all()
     return linear[:, :3] if opaque else linear

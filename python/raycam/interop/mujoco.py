@@ -8,9 +8,11 @@ import numpy as np
 
 from ..arguments import Floats
 from ..camera import Camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
 from ..notices import warn_all
+from ..srgb import linear_from_srgb
 from ..world import World
+from ..world.capsule import capsule_mesh
 
 __all__ = ["MujocoScene", "from_mujoco"]
 
@@ -37,7 +39,7 @@ class MujocoScene:
         """The geom's id of each object of the world."""
         self._scales: list[Floats] = []
         self._meshes: dict[tuple[int, int], str] = {}
-        notices: list[str] = []
+        notices: list[Notice] = []
         for geom in range(model.ngeom):
             if model.geom_group[geom] in groups and _rgba(model, geom)[3] > 0:
                 self._add_geom(geom, notices)
@@ -56,8 +58,8 @@ class MujocoScene:
         """
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
-                f"data of another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, expected"
-                f" {self.model.ngeom} and {self.model.ncam}"
+                f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
+                f"expected {self.model.ngeom} and {self.model.ncam}"
             )
         for number, geom in enumerate(self.geoms):
             matrix = np.eye(4)
@@ -67,7 +69,7 @@ class MujocoScene:
         for camera, name in enumerate(self.world.cameras):
             self.world.set_camera(name, self._camera(camera, data))
 
-    def _add_geom(self, geom: int, notices: list[str]) -> None:
+    def _add_geom(self, geom: int, notices: list[Notice]) -> None:
         model = self.model
         kind, size = int(model.geom_type[geom]), np.asarray(model.geom_size[geom], np.float64)
         name, scale = _name(model, "geom", geom), np.eye(3)
@@ -85,20 +87,22 @@ class MujocoScene:
         elif kind == CYLINDER:
             self.world.add_object(cylinder={"radius": size[0], "height": 2 * size[1]}, **keys)
         elif kind == CAPSULE:
-            from ..world.robot_files import capsule
-
-            vertices, faces, normals = capsule(size[0], 2 * size[1])
+            vertices, faces, normals = capsule_mesh(size[0], 2 * size[1])
             self.world.add_object(vertices=vertices, triangles=faces, normals=normals, **keys)
         elif kind == HFIELD:
             vertices, faces = _height_field(model, int(model.geom_dataid[geom]))
             self.world.add_object(vertices=vertices, triangles=faces, **keys)
         elif kind in (MESH, SDF) and model.geom_dataid[geom] >= 0:
             if kind == SDF:
-                notices.append(f"geom {name!r}: a signed distance field is shown as its mesh")
+                notices.append(
+                    Notice(
+                        f"geom {name!r}: a signed distance field is shown as its mesh", "approximated_value"
+                    )
+                )
             vertices, faces = _mesh(model, int(model.geom_dataid[geom]))
             self.world.add_object(vertices=vertices, triangles=faces, **keys)
         else:
-            notices.append(f"geom {name!r}: geoms of type {kind} are not shown")
+            notices.append(Notice(f"geom {name!r}: geoms of type {kind} are not shown", "ignored_element"))
             return
         self.geoms.append(geom)
         self._scales.append(scale)
@@ -164,7 +168,7 @@ def _rgba(model: Any, geom: int) -> Floats:
     return own
 
 
-def _material(model: Any, geom: int, notices: list[str]) -> dict[str, Any]:
+def _material(model: Any, geom: int, notices: list[Notice]) -> dict[str, Any]:
     rgba, material = _rgba(model, geom), int(model.geom_matid[geom])
     srgb = np.clip(rgba[:3], 0, 1)
     if material >= 0:
@@ -175,10 +179,13 @@ def _material(model: Any, geom: int, notices: list[str]) -> dict[str, Any]:
                 pixels = np.asarray(model.tex_data[start : start + count]).reshape(-1, channels)
                 srgb = srgb * (pixels[:, :3].mean(axis=0) / 255 if channels >= 3 else pixels.mean() / 255)
                 notices.append(
-                    f"material {_name(model, 'mat', material)!r}: its texture is shown as its mean colour"
+                    Notice(
+                        f"material {_name(model, 'mat', material)!r}: its texture is shown as its mean colour",
+                        "approximated_value",
+                    )
                 )
                 break
-    keys: dict[str, Any] = {"color": np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)}
+    keys: dict[str, Any] = {"color": linear_from_srgb(srgb)}
     if rgba[3] < 1:
         keys["opacity"] = float(rgba[3])
     if material >= 0 and float(model.mat_emission[material]) > 0:
@@ -218,7 +225,7 @@ def _height_field(model: Any, field: int) -> tuple[Floats, Any]:
     return vertices, np.concatenate([first, second, *walls, floor])
 
 
-def _add_lights(world: World, model: Any, data: Any, notices: list[str]) -> None:
+def _add_lights(world: World, model: Any, data: Any, notices: list[Notice]) -> None:
     """Adds directional lights as suns, and all other light as an even sky: a surface of albedo 1 shows `diffuse`."""
     ambient = np.zeros(3)
     if model.vis.headlight.active:
@@ -233,7 +240,12 @@ def _add_lights(world: World, model: Any, data: Any, notices: list[str]) -> None
             world.add_light("sun", direction=direction, irradiance=(np.pi * diffuse).tolist())
         else:
             ambient += diffuse / 2
-            notices.append(f"light {_name(model, 'light', light)!r}: shown as even light from the sky")
+            notices.append(
+                Notice(
+                    f"light {_name(model, 'light', light)!r}: shown as even light from the sky",
+                    "approximated_value",
+                )
+            )
     if ambient.any():
         world.add_light("sky", radiance=ambient.tolist())
     for count, what in (
@@ -243,4 +255,4 @@ def _add_lights(world: World, model: Any, data: Any, notices: list[str]) -> None
         (model.ntendon, "tendons"),
     ):
         if count:
-            notices.append(f"{count} {what} are not shown")
+            notices.append(Notice(f"{count} {what} are not shown", "ignored_element"))

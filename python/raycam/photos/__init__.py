@@ -1,15 +1,18 @@
 """Photographs and surfaces: the ground truth of posed photographs, visibility, and textures."""
 
 from .coverage import coverage_picture, coverage_world
+from .texture import PhotoTexture, texture_from_photos
 from .truth import named_photographs, photo_truth
 from .visibility import FacePairs, SurfaceVisibility, surface_visibility
 
 __all__ = [
     "FacePairs",
+    "PhotoTexture",
     "SurfaceVisibility",
     "coverage_picture",
     "coverage_world",
     "named_photographs",
     "photo_truth",
     "surface_visibility",
+    "texture_from_photos",
 ]

@@ -44,7 +44,7 @@ def coverage_colors(views: npt.NDArray[np.int32], most: int | None = None) -> np
 
 
 def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = None) -> World:
-    """A world with the faces of `seen`, coloured by the number of their cameras, in unlit colours."""
+    """Returns a world with the faces of `seen`, in unlit colours that show each face's camera count."""
     made = World(world.up)
     colors = coverage_colors(seen.views, most)
     for item in world.objects:

@@ -27,7 +27,7 @@ def save_faces(
 ) -> None:
     """Writes the faces where `kept` [n] is True as binary PLY, in world coordinates, with their visibility.
 
-    Positions are float64 if float32 would round them. Vertices at one position are one.
+    Positions are float64 if float32 would round them. Vertices at the same position are merged.
     """
     every = {tuple(pair): number for number, pair in enumerate(world.triangle_ids().tolist())}
     rows = np.array([every[tuple(pair)] for pair in seen.ids[kept].tolist()], np.int64)

@@ -13,9 +13,9 @@ from ..world import World
 
 __all__ = ["cameras_that_see", "pixel_grid", "placement_notices"]
 
-GRID = 12
+GRID_SIDE = 12
 """Rays along each side of a photograph, by which a camera is found to see the world."""
-FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
+SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
 """Factors of coordinates: metric units, inches, feet, and a mirrored model."""
 
 
@@ -26,17 +26,19 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     bounds = world.bounds
     if 2 * seeing >= len(given) or bounds is None:
         return []
-    counts = {factor: int(np.count_nonzero(cameras_that_see(world, given, factor))) for factor in FACTORS}
+    counts = {
+        factor: int(np.count_nonzero(cameras_that_see(world, given, factor))) for factor in SCALE_FACTORS
+    }
     best = max(counts, key=lambda factor: counts[factor])
     remedy = "check that the mesh is in the coordinates of the cameras"
     if counts[best] > seeing:
-        remedy = f"with the mesh scaled by {best:g}, {counts[best]} cameras would"
+        remedy = f"scale the mesh by {best:g} to make it visible to {counts[best]} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
     message = (
-        f"{seeing} of {len(given)} cameras look at the mesh; {remedy} (the mesh's centre is ({middle}), the median of "
-        f"the cameras' positions ({around}))"
+        f"the mesh is visible to only {seeing} of {len(given)} cameras; {remedy} (mesh centre: ({middle}), "
+        f"median camera position: ({around}))"
     )
     return [Notice(message, "implausible")]
 
@@ -47,15 +49,15 @@ def cameras_that_see(world: World, cameras: Sequence[Camera], factor: float = 1.
     for camera in cameras:
         placed = camera if factor == 1.0 else camera.still().at_pose(camera.R, camera.location / factor)
         pixels = pixel_grid(placed)
-        origins, ways = placed.rays(pixels)
-        ways = ways if factor > 0 else -ways
-        found.append(bool(world.occluded(origins, ways).any()))
+        origins, directions = placed.rays(pixels)
+        directions = directions if factor > 0 else -directions
+        found.append(bool(world.occluded(origins, directions).any()))
     return found
 
 
 def pixel_grid(camera: Camera) -> Floats:
     """Pixels [n, 2] of an even grid over the image."""
     width, height = camera.size
-    u = (np.arange(GRID) + 0.5) / GRID * width + camera.corner
-    v = (np.arange(GRID) + 0.5) / GRID * height + camera.corner
+    u = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * width + camera.corner
+    v = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * height + camera.corner
     return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)

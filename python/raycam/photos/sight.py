@@ -15,7 +15,7 @@ from ..world import World
 __all__ = ["Facing", "Sight", "find_sight", "footprints"]
 
 Facing = Literal["front", "both"]
-STEP = 1e-4
+RELATIVE_STEP = 1e-4
 """Step of the finite differences of `footprints`, relative to the distance of the camera."""
 
 
@@ -54,14 +54,14 @@ def find_sight(
         ok = ok & (pixels >= low).all(axis=1) & (pixels < np.array(camera.size) + low).all(axis=1)
     index = np.flatnonzero(ok)
     pixels = pixels[index]
-    origins, ways = camera.rays(pixels)
+    origins, directions = camera.rays(pixels)
     towards = origins - points[index]
     length = np.sqrt((towards**2).sum(axis=1))
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = (towards * normals[index]).sum(axis=1) / length
     if facing == "both":
         cosine = np.abs(cosine)
-    kept = np.isfinite(ways[:, 0]) & (cosine > min_cosine)
+    kept = np.isfinite(directions[:, 0]) & (cosine > min_cosine)
     index, pixels, origins, cosine = index[kept], pixels[kept], origins[kept], cosine[kept]
     clear = world.visible(points[index], origins, threads=threads)
     return Sight(index[clear], pixels[clear], cosine[clear], origins[clear])
@@ -81,7 +81,7 @@ def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats
         np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1),
         np.stack([b, sign + y * y * a, -y], axis=1),
     )
-    step = STEP * distance[:, None]
+    step = RELATIVE_STEP * distance[:, None]
     found = np.empty((len(points), 2, 2))
     for axis, tangent in enumerate(tangents):
         ahead, _ = camera.project(points + step * tangent)

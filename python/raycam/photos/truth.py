@@ -80,7 +80,8 @@ def named_photographs(
     """
     if isinstance(cameras, Camera | str | os.PathLike):
         raise SettingsError(
-            f"cameras must be several cameras, got {cameras!r}; use raycam.load_cameras(FILE)",
+            f"cameras must be a list or mapping of cameras, got {cameras!r}; "
+            "pass [camera] or raycam.load_cameras(FILE)",
             code="wrong_type",
         )
     known = cameras.images if isinstance(cameras, Cameras) else {}
@@ -97,7 +98,8 @@ def named_photographs(
             )
         if photograph in found:
             raise SettingsError(
-                f"two cameras have the photograph {photograph!r}; expected one each", code="duplicate_name"
+                f"photograph {photograph!r} belongs to two cameras; give each its own photograph with images=",
+                code="duplicate_name",
             )
         found[photograph] = camera
     return found

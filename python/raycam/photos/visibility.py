@@ -15,6 +15,7 @@ from ..errors import Notice, WorldError
 from ..notices import warn, warn_all
 from ..world import World
 from ..world.chosen import Chosen, object_mask
+from ..world.face_geometry import face_normals
 from .placement import pixel_grid, placement_notices
 from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
 from .truth import named_photographs
@@ -23,13 +24,13 @@ __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
 MAX_SAMPLES = 256
 """The most samples on a face."""
-LARGE_FACE = 4.0
+LARGE_FACE_PX = 4.0
 """Pixels of a face in some camera above which it gets as many samples as pixels."""
-INSET = 0.01
+CORNER_INSET = 0.01
 """Share of the way from a face's corners to its centroid at which the corner samples are."""
-CHUNK = 1 << 17
+CHUNK_SAMPLES = 1 << 17
 """Samples in work at the same time, about 100 MB."""
-INSIDE_OUT = 0.9
+INSIDE_OUT_SHARE = 0.9
 """Share of rays that first meet backs above which both sides count."""
 
 
@@ -87,7 +88,7 @@ def surface_visibility(
     images: Mapping[str, str] | None = None,
     threads: int | None = None,
 ) -> SurfaceVisibility:
-    """Which faces the cameras see, by exact rays through the cameras' lenses; no face is too small.
+    """Finds the faces that are visible to the cameras, by exact rays through their lenses.
 
     `cameras` are posed cameras as from `load_cameras`, `objects` the ids or names of the objects whose faces are
     returned; all objects occlude. A camera sees a sample on a face if the sample projects through the lens into the
@@ -129,11 +130,11 @@ def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None)
     """ "both", with a notice, if at least 90 % of the rays that hit the world first meet backs; else "front"."""
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
-    if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT:
+    if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
         return "front"
     message = (
-        f"{100 * (1 - fronts.mean()):.0f} % of the rays meet the backs of faces: the mesh seems to be inside out; "
-        'both sides count (facing="both")'
+        f"{100 * (1 - fronts.mean()):.0f} % of the rays hit the backs of faces, so the mesh seems to be inside out; "
+        'both sides are treated as visible (facing="both"); flip the faces to correct the mesh'
     )
     warn(Notice(message, "implausible"))
     return "both"
@@ -146,18 +147,18 @@ Chunk = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]
 def _chunks(
     order: npt.NDArray[np.int64], corners: Floats, cameras: Sequence[Camera], count: int | None
 ) -> Iterator[Chunk]:
-    """Iterates over faces with their samples, at most `CHUNK` samples at once."""
-    limit = CHUNK // MAX_SAMPLES
+    """Iterates over faces with their samples, at most `CHUNK_SAMPLES` samples at once."""
+    limit = CHUNK_SAMPLES // MAX_SAMPLES
     pattern = (
         {number: sample_pattern(number) for number in range(1, MAX_SAMPLES + 1)} if count is None else {}
     )
     start = 0
     while start < len(order):
-        faces = order[start : start + max(limit, CHUNK // 8)]
+        faces = order[start : start + max(limit, CHUNK_SAMPLES // 8)]
         numbers = np.full(len(faces), count or 0)
         if count is None:
             numbers = np.clip(np.ceil(largest_areas(corners[faces], cameras)), 4, MAX_SAMPLES).astype(int)
-        fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK, side="right")))
+        fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK_SAMPLES, side="right")))
         faces, numbers = faces[:fit], numbers[:fit]
         owner = np.repeat(np.arange(len(faces)), numbers)
         weights = np.concatenate(
@@ -168,7 +169,7 @@ def _chunks(
 
 
 def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
-    """The largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 if below `LARGE_FACE`."""
+    """The largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 if below `LARGE_FACE_PX`."""
     largest = np.zeros(len(corners))
     for camera in cameras:
         pixels, in_front = camera.project(corners.reshape(-1, 3))
@@ -180,7 +181,7 @@ def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
             inside = ok & (high >= camera.corner).all(axis=1)
             inside &= (low <= np.array(camera.size) + camera.corner).all(axis=1)
         largest = np.maximum(largest, np.where(inside & np.isfinite(area), area, 0.0))
-    return np.where(largest > LARGE_FACE, largest, 0.0)
+    return np.where(largest > LARGE_FACE_PX, largest, 0.0)
 
 
 def sample_pattern(count: int, corners: bool = True) -> Floats:
@@ -188,7 +189,7 @@ def sample_pattern(count: int, corners: bool = True) -> Floats:
 
     Source: the R2 sequence (Roberts 2018), folded into the triangle.
     """
-    inset = np.eye(3) * (1 - INSET) + INSET / 3
+    inset = np.eye(3) * (1 - CORNER_INSET) + CORNER_INSET / 3
     fixed = np.concatenate([np.full((1, 3), 1 / 3), inset])[: count if corners else 0]
     number = np.arange(1, count - len(fixed) + 1)
     plastic = 1.32471795724474602596
@@ -223,9 +224,7 @@ class _Totals:
         """Adds the faces of a chunk, with their corners [k, 3, 3]."""
         faces, owner, weights = chunk
         points = np.einsum("nk,nkj->nj", weights, corners[owner])
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.sqrt((across**2).sum(axis=1, keepdims=True))
-        normals = np.divide(across, length, out=np.zeros_like(across), where=length > 0)[owner]
+        normals = face_normals(corners)[owner]
         total = np.bincount(owner, minlength=len(faces))
         seen = np.zeros(len(owner), bool)
         for number, camera in enumerate(cameras):

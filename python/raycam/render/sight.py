@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
+
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
@@ -17,7 +19,13 @@ from ..errors import Notice
 __all__ = ["LIT_INTEGRATORS", "blank_notices"]
 
 MIN_WHITE_SHARE = 0.98
-"""The fraction of pixels beyond white from which a notice says so."""
+"""The fraction of the objects' pixels beyond white from which a notice reports it."""
+WHITE_LEVEL = 254
+"""The 8-bit value of red, green and blue from which a compressing view displays white."""
+MIN_PIXELS = 16
+"""The number of the objects' pixels from which one or two displayed colours are reported."""
+MIN_CONTRAST = 1.25
+"""The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
 PROBES_PER_SIDE = 24
 """Rays along each side by which a picture without ground truth is probed."""
 LIT_INTEGRATORS = ("direct", "path")
@@ -31,7 +39,9 @@ Truth = Callable[[], npt.NDArray[np.int32]]
 def blank_notices(
     world: World, camera: Camera, planes: Planes, integrator: str, exposure: float, view: str, truth: Truth
 ) -> Iterator[Notice]:
-    """Yields what to say of a whole picture in which nothing is seen, nothing is lit, or 98 % is beyond white.
+    """Yields the notices about an image that shows no objects, no light, or no shading.
+
+    Objects show no shading if 98 % of their pixels are displayed as white, or all of them in one or two colours.
 
     `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
     nothing.
@@ -63,12 +73,32 @@ def blank_notices(
         )
         yield Notice(message, "nothing_lit")
         return
-    brightness = color.max(axis=2) * np.float32(2.0**exposure)
-    share = float((brightness > 1).mean())
-    if view == "standard" and share >= MIN_WHITE_SHARE:
+    yield from _flat_notices(color[seen], exposure, view)
+
+
+def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterator[Notice]:
+    """Yields the notice about objects without visible shading: clipped to white, or one or two displayed colours.
+
+    `color` is the linear colour [n, 3] of the objects' pixels.
+    """
+    linear = np.ascontiguousarray(color[np.newaxis], dtype=np.float32)
+    shown = np.asarray(_core.srgb_from_linear(linear, 2.0**exposure, 8, view))[0]
+    brightness = color.max(axis=1) * 2.0**exposure
+    lit = brightness[brightness > 0]
+    white = brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1)
+    share = float(white.mean())
+    levels = len(np.unique(shown.reshape(-1, 3), axis=0))
+    if share >= MIN_WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
-        text = f"{100 * share:.0f} % of the image is above 1 and clipped to white; use exposure={stops:g}"
+        text = f"{100 * share:.0f} % of the objects' pixels are above 1 and clipped to white; use exposure={stops:g}"
         yield Notice(text, "overexposed")
+    elif len(color) >= MIN_PIXELS and levels <= 2 and lit.max() > MIN_CONTRAST * lit.min():
+        stops = exposure - round(math.log2(2 * float(np.median(lit))))
+        colors = "one colour" if levels == 1 else "two colours"
+        text = (
+            f"all of the objects' pixels are displayed in {colors}, with no shading; use exposure={stops:g}"
+        )
+        yield Notice(text, "no_shading")
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:

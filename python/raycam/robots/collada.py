@@ -16,6 +16,7 @@ from .. import _core
 from ..arguments import Floats
 from ..errors import FormatError, Notice, SettingsError
 from ..io.glb import GlbBuilder
+from ..srgb import linear_from_srgb
 from .collada_scene import placed_geometries
 from .resolve import read_bytes
 from .xml_tree import XmlLimits, check_xml
@@ -83,7 +84,7 @@ class _Converter:
         document = self._document
         up = str(document.assetInfo.upaxis)
         if up not in ("Z_UP", "None"):
-            self._note("ignored_key", f"its up axis is {up}, which is not applied, as in RViz")
+            self._note("ignored_key", f"the up axis {up} is ignored, as in RViz")
         for error in document.errors[:5]:
             self._note("invalid_file", f"ignored: {error}")
         for placed in placed_geometries(document, os.fspath(self._path)):
@@ -272,7 +273,7 @@ def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: i
 def _linear(colors: Any) -> Floats:
     """Linear values of sRGB colours: Collada's colours are shown as they are by RViz and most exporters' tools."""
     values = np.asarray(colors, np.float64)
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear_from_srgb(values)
 
 
 def _roughness(effect: Any) -> float:

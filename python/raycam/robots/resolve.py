@@ -70,7 +70,7 @@ class FileResolver:
                 f"{scheme}:// names are not supported; download the file and name it relative to the robot"
             )
         if text.startswith("$("):
-            raise Missing("it is a xacro expression; expand the file first")
+            raise Missing("the name contains a xacro expression; expand the file first")
         return self._checked(self.own / text, [self.root, *self.packages])
 
     def _in_package(self, package: str, inner: str) -> Path:
@@ -94,7 +94,9 @@ class FileResolver:
             found += [folder / package] if (folder / package).is_dir() else []
         for folder in found:
             if self._confined and not self._inside(folder, self.root):
-                raise Missing(f"package {package!r} is {folder}, outside the folder {self.root}")
+                raise Missing(
+                    f"package {package!r} was found in {folder}, outside {self.root}; pass a folder= that contains it"
+                )
         return found
 
     def _searched(self) -> list[Path]:

@@ -150,7 +150,8 @@ class Robot:
         counts = {len(part) for part, single in parts.values() if not single}
         if len(counts) > 1:
             raise WorldError(
-                f"robot {self.name!r}: joints have {' and '.join(map(str, sorted(counts)))} values",
+                f"robot {self.name!r}: joints have different numbers of values "
+                f"({' and '.join(map(str, sorted(counts)))})",
                 code="wrong_shape",
             )
         found = np.tile(self._values, (next(iter(counts), 1), 1))
@@ -236,8 +237,8 @@ class Robot:
         if turns:
             notices.append(
                 Notice(
-                    f"robot {self.name!r}: more than one turn: {', '.join(turns)}; joint values are in radians,"
-                    " numpy.radians converts degrees",
+                    f"robot {self.name!r}: joint values exceed one turn: {', '.join(turns)}; pass radians "
+                    "(numpy.radians converts degrees)",
                     "implausible",
                 )
             )

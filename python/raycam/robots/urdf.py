@@ -45,12 +45,16 @@ class _Reader:
         if root.tag != "robot":
             hint = {
                 "mujoco": "; it is MJCF: load it with mujoco.MjModel.from_xml_path and raycam.from_mujoco",
-                "sdf": "; it is SDF, which raycam does not read",
+                "sdf": "; SDF is not supported, convert the file to URDF",
                 "COLLADA": "; it is a Collada mesh",
             }.get(root.tag, "")
             raise self._error(root, f"expected a <robot> element, found <{root.tag}>{hint}")
         if "xacro" in self._prefixes():
-            raise self._error(root, "it contains xacro expressions; name the file .xacro, or expand it first")
+            raise self._error(
+                root,
+                "the file contains xacro expressions, which are not supported; "
+                "expand it first: xacro FILE.xacro > FILE.urdf",
+            )
         for element in root.find_all("material"):
             self._add_material(element)
         for element in root.find_all("link"):
@@ -216,6 +220,10 @@ class _Reader:
     def _mimic(self, element: Element, name: str, kind: JointType) -> tuple[str, float, float] | None:
         mimic = element.find("mimic")
         if mimic is None:
+            return None
+        if kind == "fixed":
+            text = f"{self._name}:{mimic.line}: joint {name!r} is fixed; its <mimic> is ignored"
+            self._notices.append(Notice(text, "ignored_key"))
             return None
         if kind not in ("revolute", "continuous", "prismatic"):
             raise self._error(mimic, f"joint {name!r}: joints of type {kind} cannot have <mimic>")

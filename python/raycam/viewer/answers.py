@@ -110,7 +110,7 @@ def answer(session: Session, message: Message) -> None:
                 raise SettingsError(
                     f"pixel {message.u}, {message.v} is outside of the image", code="out_of_range"
                 )
-            parts, lines = explained(view.world, view.still_camera, message.u, message.v)
+            parts, lines = explained(view.lit, view.still_camera, message.u, message.v)
             session.connection.send({"type": "explained", **parts})
             session.show_rays(lines, view.world)
         elif isinstance(message, Copy):

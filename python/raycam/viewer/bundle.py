@@ -27,8 +27,8 @@ def client_file(name: str) -> str:
 
 
 def style_sheet(folder: str = "") -> str:
-    """The style of a folder of the client, and that of figures."""
-    return client_file(f"{folder}style.css") + client_file("figure.css")
+    """The design tokens, the style of a folder of the client, and the style of figures."""
+    return client_file("tokens.css") + client_file(f"{folder}style.css") + client_file("figure.css")
 
 
 def beside(name: str, source: str) -> str:

@@ -11,14 +11,17 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
 from ..render.frame import CHANNELS, VIEWS
+from ..world.framing import DIRECTIONS
 from .scene.gizmo import HANDLES, TOOLS
+from .scene.look import LIGHTS
 
-__all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Length", "Message", "OneOf", "Range"]
+__all__ = ["MAX_IMAGE_SIZE", "MESSAGES", "Base64", "Color", "Length", "Message", "OneOf", "Range"]
 
-MAX_IMAGE_SIZE = (1920, 1080)
+MAX_IMAGE_SIZE = (2560, 1600)
 """The largest image that a client may request, in pixels."""
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
+COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
 
@@ -64,6 +67,15 @@ class Base64:
     def accepts(self, value: Any) -> bool:
         """True for base64 of an accepted length."""
         return len(value) <= MAX_CHUNK_LENGTH and BASE64.fullmatch(value) is not None
+
+
+@dataclass(frozen=True)
+class Color:
+    """A colour as #rrggbb, or an empty text."""
+
+    def accepts(self, value: Any) -> bool:
+        """True for a colour or an empty text."""
+        return not value or COLOR.fullmatch(value) is not None
 
 
 Number = Annotated[int, Range(0, 2**53)]
@@ -177,6 +189,28 @@ class Variant(Message):
 
 
 @dataclass(frozen=True)
+class FromSide(Message):
+    """Views the whole world from a side, with the camera's lens."""
+
+    KIND = "side"
+    seq: Number
+    name: Annotated[str, OneOf(tuple(DIRECTIONS))]
+
+
+@dataclass(frozen=True)
+class Look(Message):
+    """Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own."""
+
+    KIND = "look"
+    light: Annotated[str, OneOf(LIGHTS)]
+    rotation: Annotated[float, Range(-360, 360)]
+    azimuth: Annotated[float, Range(-360, 360)]
+    elevation: Annotated[float, Range(-90, 90)]
+    ground: Annotated[str, OneOf(("auto", "none", "plain", "shadow"))]
+    background: Annotated[str, Color()]
+
+
+@dataclass(frozen=True)
 class Lens(Message):
     """Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model."""
 
@@ -219,7 +253,18 @@ class Edit(Message):
     key: Annotated[
         str,
         OneOf(
-            ("visible", "color", "roughness", "metallic", "emission", "move", "turn", "scale", "strength"),
+            (
+                "visible",
+                "color",
+                "roughness",
+                "metallic",
+                "emission",
+                "move",
+                "turn",
+                "scale",
+                "strength",
+                "isolate",
+            ),
         ),
     ]
     value: (
@@ -232,11 +277,11 @@ class Edit(Message):
 
 @dataclass(frozen=True)
 class Select(Message):
-    """Selects an object, and the tool whose handles it shows."""
+    """Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool."""
 
     KIND = "select"
     number: Annotated[int, Range(0, 10**6)]
-    tool: Annotated[str, OneOf(("none", *TOOLS))]
+    tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
 
 
 @dataclass(frozen=True)
@@ -382,6 +427,23 @@ class Acknowledge(Message):
 
     KIND = "ack"
     picture: Number
+
+
+@dataclass(frozen=True)
+class Control(Message):
+    """Reports a new value of a control that the script added; the value of a button is ignored."""
+
+    KIND = "control"
+    id: Number
+    value: bool | Annotated[float, Range(-1e12, 1e12)] | Annotated[str, Length(1000)]
+
+
+@dataclass(frozen=True)
+class Planes(Message):
+    """Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images."""
+
+    KIND = "planes"
+    wanted: bool
 
 
 @dataclass(frozen=True)

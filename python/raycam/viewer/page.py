@@ -75,8 +75,12 @@ def page(
     title: str | None = None,
     live: bool = False,
     channel: str | None = None,
+    compare_title: str | None = None,
 ) -> Page:
-    """The frame as one HTML text: see `Frame.save`. Raises `SettingsError` where the parts do not fit."""
+    """The frame as one HTML text: see `Frame.save`; `compare_title` names the second frame.
+
+    Raises `SettingsError` if the parts do not fit.
+    """
     world = None if world is None else world_of(world)
     title = None if title is None else word("title", title)
     pixels = several("explain", () if explain is None else explain, "pixels (column, row)")
@@ -116,6 +120,8 @@ def page(
         "notices": [str(notice) for notice in (*notices, *doubts)],
         "explanations": _explanations(frame, world, pixels),
     }
+    if compare is not None and compare_title is not None:
+        document["compared"] = [title or "the first frame", word("compare_title", compare_title)]
     still = still_image(frame, exposure, view, title)
     return Page(_document(document, {key: data for key, (_, data) in packed.items()}, still))
 

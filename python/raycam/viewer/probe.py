@@ -15,7 +15,7 @@ from ..explanation.lens import world_at_line
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
-from .stills import truth
+from .stills import shares, truth
 
 __all__ = ["explained", "explanation_parts", "ground_below", "locate", "values_at"]
 
@@ -33,6 +33,9 @@ def values_at(
     channels = {name: array[0, 0] for name, array in seen.items()}
     if still is not None:
         channels = {name: array[v, u] for name, array in still.items()} | channels
+        if "alpha" not in channels:  # the still image has a floor that is not part of the ground truth
+            region = {"region": (u, v, 1, 1), "threads": 1}
+            channels |= {name: array[0, 0] for name, array in shares(world, camera, **region).items()}
     values = {}
     for name in CHANNELS:
         if name in channels:

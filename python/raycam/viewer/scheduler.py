@@ -23,8 +23,8 @@ from .wire import pack
 
 __all__ = ["Scheduler", "failure"]
 
-MOVING_QUALITY = 80
-"""The JPEG quality of moving images."""
+MOVING_QUALITY, STILL_QUALITY = 80, 93
+"""The JPEG qualities of moving images and of still images."""
 REST_S = 0.06
 """Time without a change after which a view is at rest: longer than between two steps of a flight."""
 IDLE_S = 0.03
@@ -110,19 +110,29 @@ class Scheduler(threading.Thread):
                 return session, lambda session=session: self._rest(session)
             if view.channel in SAMPLED and images.still is not None and not images.is_shown():
                 return session, lambda session=session: self._show_still(session)
+            if images.is_coarse and view.channel == "color":
+                return session, lambda session=session: self._settle(session)
             if images.refinement_of(view).samples < images.samples_of(view):
                 return session, lambda session=session: self._refine(session)
         return None
 
     def _move(self, session: Session) -> None:
         """Renders one moving image, with one sample, as large as the time allows."""
+        self._send_moving(session, session.images.pace.size(session.view.size))
+
+    def _settle(self, session: Session) -> None:
+        """Renders the moving image at full size, which is shown until the first still image is ready."""
+        self._send_moving(session, session.view.size)
+
+    def _send_moving(self, session: Session, size: tuple[int, int]) -> None:
         view, version = session.snapshot()
         images = session.images
-        size = images.pace.size(view.size)
         started = time.perf_counter()
         common: dict[str, Any] = {"ambient_occlusion": False, "threads": images.threads}
+        if view.channel == "color":
+            common |= view.look.behind
         frame = render(
-            view.world,
+            view.preview,
             view.camera.resized(size),
             integrator="direct" if view.channel in ("color", "error") else "flat",
             samples=2 if view.channel == "error" else 1,
@@ -137,7 +147,7 @@ class Scheduler(threading.Thread):
         else:
             header, data = pack(view.channel, frame[view.channel], level=1)
             fields, buffers = {"encoding": "plane", "plane": header}, [data]
-        images.mark_moved(version)
+        images.mark_moved(version, is_coarse=size[0] < view.size[0] and view.preview is not view.shown)
         fields |= {"moving": True, "samples": 1, "rate": 0, "change": None}
         self._send(session, view, version, fields, buffers, seconds)
 
@@ -190,15 +200,23 @@ class Scheduler(threading.Thread):
         seconds: float,
         refinement: Refinement | None = None,
     ) -> None:
-        """Sends a channel of a still image, with the samples per second and the change since half as many samples."""
-        header, data = pack(view.channel, frame[view.channel], level=1)
+        """Sends a channel of a still image, with the samples per second and the change since half as many samples.
+
+        Colors are sent as a compressed image, unless the client reads their numbers.
+        """
         width, height = frame.size
         rate, change = round(width * height / seconds) if seconds > 0 else 0, None
         if refinement is not None:
             rate, found = round(refinement.rate), refinement.change
             change = None if found is None else {"share": round(found[0], 6), "since": found[1]}
-        fields = {"encoding": "plane", "plane": header, "moving": False, "samples": samples}
-        self._send(session, view, version, {**fields, "rate": rate, "change": change}, [data], seconds)
+        fields: dict[str, Any] = {"moving": False, "samples": samples, "rate": rate, "change": change}
+        if view.channel == "color" and not session.connection.wants_planes:
+            fields["encoding"] = "jpeg"
+            data = encode_jpeg(frame.to_srgb8(view.exposure, view.transform), STILL_QUALITY)
+        else:
+            header, data = pack(view.channel, frame[view.channel], level=1)
+            fields |= {"encoding": "plane", "plane": header}
+        self._send(session, view, version, fields, [data], seconds)
 
     def _send(
         self,

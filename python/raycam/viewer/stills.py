@@ -16,15 +16,30 @@ from ..render.progressive import Progressive
 from ..render.render import render
 from ..world import World
 
-__all__ = ["COLORS", "SAMPLED", "TRUTH", "FromScratch", "Refinement", "Slices", "refinement", "truth"]
+__all__ = [
+    "COLORS",
+    "LIT_CHANNELS",
+    "SAMPLED",
+    "TRUTH",
+    "FromScratch",
+    "Refinement",
+    "Slices",
+    "refinement",
+    "shares",
+    "truth",
+]
 
 COLORS = ("color", "alpha", "coverage")
 """The channels that get better with samples."""
 SAMPLED = (*COLORS, "error")
 """The same, and the estimate of their error, which is asked for alone: it costs samples."""
+LIT_CHANNELS = ("color", "error")
+"""The channels that depend on light; the others describe the world without the studio."""
 TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
+SHARE_SAMPLES = 64
+"""Samples per pixel of alpha and coverage, if they are rendered without light."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear Rec. 709."""
 Floats32 = npt.NDArray[np.float32]
@@ -43,6 +58,10 @@ class Refinement:
     most: int
     threads: int | None
     channels: tuple[str, ...] = COLORS
+    options: dict[str, Any] = field(default_factory=dict)
+    """More options of `render`."""
+    first: int = 1
+    """Samples per pixel of the first image."""
     samples: int = field(default=0, init=False)
     """The samples of all pixels."""
     seconds: float = field(default=0.0, init=False)
@@ -87,7 +106,12 @@ class Refinement:
     @property
     def settings(self) -> dict[str, Any]:
         """The settings of `render` and `Progressive` alike, without the number of samples."""
-        return {"integrator": self.integrator, "threads": self.threads, "channels": self.channels}
+        return {
+            "integrator": self.integrator,
+            "threads": self.threads,
+            "channels": self.channels,
+            **self.options,
+        }
 
 
 @dataclass(eq=False)
@@ -123,7 +147,7 @@ class Slices(Refinement):
 
     def _is_worth_showing(self) -> bool:
         """True if a frame is due: pictures that cost more than their samples would hold up the last one."""
-        if self.samples >= self.most or self.samples > self._told == 0:
+        if self.samples >= self.most or (self._told == 0 and self.samples >= self.first):
             return True
         affordable = self._spent >= self._showing / SHOWING
         if self.samples >= 2 * self._told > 0:
@@ -151,10 +175,26 @@ def refinement(
     most: int,
     threads: int | None,
     channels: tuple[str, ...] = COLORS,
+    options: dict[str, Any] | None = None,
+    first: int = 1,
 ) -> Refinement:
-    """The refinement of a view, up to `most` samples."""
-    made = Slices if camera.background is None else FromScratch
-    return made(world, camera, integrator, most, threads, channels)
+    """The refinement of a view, up to `most` samples; `options` are more options of `render`."""
+    options = options or {}
+    made = FromScratch if "background" in options or camera.background is not None else Slices
+    return made(world, camera, integrator, most, threads, channels, options, first)
+
+
+def shares(world: World, camera: Camera, **settings: Any) -> Frame:
+    """Alpha and coverage of a world, which do not depend on its light."""
+    return render(
+        world,
+        camera,
+        integrator="flat",
+        samples=SHARE_SAMPLES,
+        channels=COLORS[1:],
+        ambient_occlusion=False,
+        **settings,
+    )
 
 
 def truth(world: World, camera: Camera, channels: tuple[str, ...] = TRUTH, **settings: Any) -> Frame:

@@ -9,28 +9,33 @@ import tempfile
 import threading
 import time
 import traceback
+import weakref
 from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import one_of, size_of, thread_count, whole
-from ..camera import Camera
+from ..camera import Camera, check_camera
 from ..errors import SettingsError
 from ..notices import collected
 from ..render import render
 from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
+from .controls import Control, Controls, Folder
 from .saved_frames import is_frame, load_frame
 from .scene.edits import Edits
+from .scene.look import Look
 from .server import Server
-from .session import DEFAULT_SAMPLES, Session
+from .session import DEFAULT_SAMPLES, Opened, Session, world_at
 from .stills import truth
 from .wire import data_url
 
 if TYPE_CHECKING:
     from types import TracebackType
+
+    import numpy.typing as npt
 
 __all__ = ["Viewer", "open_browser", "view"]
 
@@ -66,21 +71,31 @@ class Viewer:
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
+        view_from: str | npt.ArrayLike | None = None,
+        zoom: float | None = None,
+        fov: float | None = None,
+        **look: Any,
     ) -> None:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
         the cameras that the file does not have.
 
-        `size` is the space of its pictures, at most 1920 x 1080; otherwise they have that of a client's window.
+        `size` is the space of its pictures, at most 2560 x 1600; otherwise they have that of a client's window.
 
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
         `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
+
+        `view_from`, `zoom` and `fov` place the first camera as in `World.view_from`. `look` contains the options of
+        `Look.choose`: `hdri`, `hdri_rotation`, `sun`, `studio`, `ground` and `background`.
         """
         if integrator is not None:
             one_of("integrator", integrator, list(DEFAULT_SAMPLES))
         if samples is not None:
             samples = whole("samples", samples, 1, 1 << 16)
         threads = thread_count(threads)
+        camera, framing = _framed(world, camera, {"direction": view_from, "zoom": zoom, "fov": fov})
+        self.controls = Controls()
+        """The controls that the script added."""
         self._edits = Edits(world, allowed=edit)
         self._camera = camera
         self._options: dict[str, Any] = {
@@ -93,7 +108,10 @@ class Viewer:
             "added": frozenset(added),
             "allows_open": allow_open,
             "start": None if start is None else dict(start),
-            "picked": self._pick,
+            "framing": framing,
+            "look": _chosen_look(Opened(self._edits, camera=camera, framing=framing), look),
+            "controls": self.controls,
+            "picked": _weakly(self._pick),
         }
         self._listeners: list[Callable[[dict[str, Any]], object]] = []
         self._telling = ThreadPoolExecutor(1, "raycam picks")
@@ -105,7 +123,8 @@ class Viewer:
         if cell:
             from .widget import make_widget
 
-            self._widget = make_widget(self._session, title, height)
+            self._widget = make_widget(_weakly(self._session), title, height)
+            weakref.finalize(self, self._widget.close)
         else:
             self._server = Server(
                 self._session, host=host, port=port, allow_hosts=allow_hosts, proxies=proxies, follow=follow
@@ -160,6 +179,64 @@ class Viewer:
         """The camera of the client that was used last, in its own size; the one given where there is none."""
         return (self._last() or self._first).view.camera
 
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        camera = check_camera(camera)
+        for session in self._sessions():
+            session.set_camera(camera)
+
+    def _sessions(self) -> list[Session]:
+        holder = self._widget.views if self._server is None else self._server
+        if self._server is not None:
+            self._server.scheduler.wake()
+        return [self._first, *holder.sessions.values()]
+
+    def screenshot(self, size: tuple[int, int] | None = None, **options: Any) -> Frame:
+        """Renders what the client that was used last shows, in `size` (width, height), default: its own size.
+
+        `options` are those of `raycam.render`. Works without clients too. Raises the errors of `raycam.render`.
+        """
+        view = (self._last() or self._first).view
+        camera = view.still_camera if size is None else view.camera.resized(size_of(size))
+        own = {"integrator": view.integrator, "exposure": view.exposure, "view": view.transform}
+        return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
+
+    def add_folder(self, name: str) -> Folder:
+        """Adds a group of controls to the panel `Script`; its methods are those of the viewer that add controls."""
+        return self.controls.add_folder(name)
+
+    def add_slider(self, label: str, **options: Any) -> Control:
+        """Adds a slider: `min` (0), `max` (1), `step` and `value`. Returns a `Control` with `value` and `on_change`."""
+        return self.controls.add_slider(label, **options)
+
+    def add_button(self, label: str) -> Control:
+        """Adds a button; `on_click` of the returned `Control` adds a callback."""
+        return self.controls.add_button(label)
+
+    def add_checkbox(self, label: str, value: bool = False) -> Control:
+        """Adds a checkbox."""
+        return self.controls.add_checkbox(label, value)
+
+    def add_text(self, label: str, value: str = "", *, editable: bool = True) -> Control:
+        """Adds a text, which viewers can edit if `editable`."""
+        return self.controls.add_text(label, value, editable=editable)
+
+    def add_image(self, label: str, image: npt.ArrayLike) -> Control:
+        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces it."""
+        return self.controls.add_image(label, image)
+
+    def add_plot(self, label: str, x: npt.ArrayLike, y: npt.ArrayLike) -> Control:
+        """Adds a line plot of `y` [n] over `x` [n]; `update(x=..., y=...)` replaces it."""
+        return self.controls.add_plot(label, x, y)
+
+    def add_label(self, text: str, position: npt.ArrayLike, **options: Any) -> Control:
+        """Adds a text at a point [3] of the world, in the `color` #rrggbb."""
+        return self.controls.add_label(text, position, **options)
+
+    def add_lines(self, points: npt.ArrayLike, **options: Any) -> Control:
+        """Adds a line through points [n, 3] of the world, in the `color` #rrggbb."""
+        return self.controls.add_lines(points, **options)
+
     def frame(self) -> Frame | None:
         """The newest still picture of the client that was used last: colour, alpha and coverage."""
         last = self._last()
@@ -182,11 +259,22 @@ class Viewer:
         self._listeners.append(function)
         return function
 
-    def _pick(self, session: Session, u: int, v: int) -> None:
+    def _pick(self, session: Session, what: Control | tuple[int, int]) -> None:
+        if isinstance(what, Control):
+            self._telling.submit(self._call, session, what)
+            return
+        u, v = what
         world, camera = session.view.world, session.view.still_camera
         is_inside = u < camera.size[0] and v < camera.size[1]
         if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
             self._telling.submit(self._tell, world, camera, u, v)
+
+    def _call(self, session: Session, control: Control) -> None:
+        try:
+            control.call()
+        except Exception as error:
+            traceback.print_exc()
+            session.complain(f"{control.label}: the callback failed: {type(error).__name__}: {error}")
 
     def _tell(self, world: World, camera: Camera, u: int, v: int) -> None:
         try:
@@ -226,6 +314,7 @@ class Viewer:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
         self._widget.still = data_url("image/jpeg", picture)
+        self._widget.views.owner = self
         shown = self._widget._repr_mimebundle_(**options)
         data, *more = shown if isinstance(shown, tuple) else (shown,)
         data = {**data, "text/plain": repr(self), "image/jpeg": base64.b64encode(picture).decode()}
@@ -239,12 +328,44 @@ class Viewer:
         quick: dict[str, Any] = {"integrator": "direct", "samples": 4, "ambient_occlusion": False}
         with collected():
             return render(
-                view.world,
+                view.lit,
                 view.camera.resized((width, height)),
                 channels="color",
                 threads=self._options["threads"],
                 **quick,
+                **view.look.behind,
             )
+
+
+def _framed(
+    world: World, camera: Camera | None, framing: Mapping[str, Any]
+) -> tuple[Camera | None, dict[str, Any]]:
+    """The first camera, or None and the arguments of `World.view_from` for a camera with the window's shape."""
+    given = {name: value for name, value in framing.items() if value is not None}
+    if camera is None or not given:
+        return camera, given
+    if "fov" in given:
+        raise SettingsError(
+            "fov cannot be combined with a camera, which has its own field of view", code="conflicting_values"
+        )
+    return world.view_from(**given, camera=camera), {}
+
+
+def _chosen_look(opened: Opened, options: Mapping[str, Any]) -> Look:
+    """The look of a view when it starts."""
+    world = world_at(opened.edits.world, 0.0, "", "")
+    return Look.choose(world, opened.home(world)[0], is_framed=opened.fills_window, **options)
+
+
+def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method that does not keep its object alive; it returns None when the object is gone."""
+    found = weakref.WeakMethod(method)
+
+    def call(*values: Any) -> Any:
+        bound = found()
+        return None if bound is None else bound(*values)
+
+    return call
 
 
 def view(
@@ -272,6 +393,10 @@ def view(
     In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
     `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
 
+    A model without lights and cameras is shown in the studio, as `raycam.render` shows it. `hdri` (with
+    `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` choose another look, and
+    `view_from`, `zoom` and `fov` another first camera: they are the options of `raycam render`.
+
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
     """
@@ -290,8 +415,10 @@ def view(
         options = {"title": Path(what).name, "source": what, **options}
     what = world_of(what)
     if size is not None:
-        camera = (what.default_camera() if camera is None else camera).resized(size_of(size))
         options["size"] = size_of(size)
+        if camera is None and what.cameras:
+            camera = what.default_camera()
+        camera = None if camera is None else camera.resized(options["size"])
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)

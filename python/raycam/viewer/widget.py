@@ -114,8 +114,9 @@ class Views:
         self._make_session = make_session
         self._say = say
         self._answers = Answers()
-        self.scheduler = Scheduler(lambda: list(self.sessions.values()))
-        self.scheduler.start()
+        self.scheduler: Scheduler | None = None
+        self.owner: object = None
+        """The viewer, which is kept alive from its first display until its last output is removed."""
 
     def hear(self, content: Any) -> None:
         """Does what a view says: text of a message, or None when it is gone. Junk is answered by an error."""
@@ -127,6 +128,8 @@ class Views:
             if session is not None:
                 self.sessions.pop(view).connection.close()
                 self._answers.forget(session)
+                if not self.sessions:
+                    self._rest()
             return
         try:
             message = parse_message(said)
@@ -134,7 +137,8 @@ class Views:
                 session = self._greet(view, message)
             elif session is not None:
                 self._do(session, message)
-            self.scheduler.wake()
+            if self.scheduler is not None:
+                self.scheduler.wake()
         except (BadMessage, Error) as error:
             self._tell(view, {"type": "error", "text": str(error)})
 
@@ -142,6 +146,9 @@ class Views:
         if view not in self.sessions and len(self.sessions) >= MOST_SESSIONS:
             self.sessions.pop(next(iter(self.sessions))).connection.close()  # the oldest one
         session = self.sessions[view] = self._make_session()
+        if self.scheduler is None:
+            self.scheduler = Scheduler(lambda: list(self.sessions.values()))
+            self.scheduler.start()
         session.connection.open(lambda message, buffers: self._tell(view, message, buffers))
         session.greet()
         session.receive(Size(hello.width, hello.height, hello.ratio))
@@ -162,9 +169,17 @@ class Views:
         """Ends the rendering."""
         for view in list(self.sessions):
             self._tell(view, {"type": "closing", "text": "The view was closed."})
-        self.scheduler.end()
-        self.scheduler.join()
+        self.sessions.clear()
+        self._rest()
         self._answers.close()
+
+    def _rest(self) -> None:
+        """Ends the render thread, and keeps the viewer alive no longer; another output starts a new thread."""
+        self.owner = None
+        if self.scheduler is not None:
+            self.scheduler.end()
+            self.scheduler.join()
+            self.scheduler = None
 
 
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:

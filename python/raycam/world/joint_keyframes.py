@@ -67,7 +67,10 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
         return []
     times = np.unique(np.concatenate([ends, np.arange(0.0, max(ends), 1.0 / (fps * STEPS_PER_FRAME))]))
     if len(times) * len(robot._parts) > MAX_KEYFRAMES:
-        raise WorldError(f"video.keyframe: robot {robot.name!r} needs more than {MAX_KEYFRAMES} keyframes")
+        raise WorldError(
+            f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} object keyframes; "
+            "shorten the video or lower its fps"
+        )
     vectors = np.tile(robot._values, (len(times), 1))
     for joint, track in tracks.items():
         track.sort(key=lambda pair: pair[0])

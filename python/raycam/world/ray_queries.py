@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, Literal, TypedDict, Unpack
 
@@ -12,6 +13,7 @@ from .. import _core
 from .._core import Cancel
 from ..arguments import (
     Bools,
+    Floats,
     flag,
     limits,
     numbers,
@@ -23,8 +25,9 @@ from ..arguments import (
     whole,
     words,
 )
-from ..errors import SettingsError, nearest
+from ..errors import Notice, SettingsError, nearest
 from ..io.fork_guard import no_fork
+from ..notices import warn
 from .chosen import Chosen, object_mask
 
 __all__ = ["CrossingLimits", "RayLimits", "RayQueries"]
@@ -63,6 +66,8 @@ class RayLimits(CrossingLimits, total=False):
     """False: decide in float32 instead of exactly (default: True)."""
     coherent: bool | None
     """True if neighbouring rays are similar (default: detected); changes the speed only."""
+    times: npt.ArrayLike | None
+    """The time of each ray, in seconds after the world's time (default: 0 for all rays)."""
 
 
 class RayQueries:
@@ -121,7 +126,12 @@ class RayQueries:
         `exact=False` decides in float32 instead: about twice as fast for rays that share nothing, but a hit nearer
         than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
         other. It starts all rays at t = 0 and takes all surfaces; `coherent` tells it whether neighbouring rays are
-        similar (None: detected), for speed only. `cancel` is a `raycam.Cancel`, which ends the call from another thread
+        similar (None: detected), for speed only.
+
+        `times` is one time for all rays, or one for each, in seconds after the world's time (`World.at`): ray i has the
+        hit that it has in `world.at(T + times[i])`, also if `exact=False`. The world is placed once for each distinct
+        time; a world without motion costs nothing more. A moving world that is at no time is static, with a notice.
+        `cancel` is a `raycam.Cancel`, which ends the call from another thread
         with `Cancelled`.
 
         Raises `SettingsError` for other shapes, limits that are NaN and unknown fields, with the nearest, and
@@ -138,7 +148,10 @@ class RayQueries:
         t_max: npt.ArrayLike = np.inf,
         **limits: Unpack[RayLimits],
     ) -> Bools:
-        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`; arguments and rules of `cast_rays`."""
+        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`; arguments and rules of `cast_rays`.
+
+        `times` works as in `cast_rays`.
+        """
         query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
         return _core.world_occluded(self._core, query).reshape(shape)
 
@@ -222,11 +235,26 @@ class RayQueries:
             "skip": None if skip is None else _skipped(skip, shape),
             "facing": one_of("facing", facing, ("both", "front", "back", "material")),
             "surface": one_of("surface", surface, ("first", "solid")),
+            "times": self._ray_times(keys.get("times"), shape),
             "threads": threads,
         }
         with no_fork():
             self._core.prepare(threads)
         return query, shape
+
+    def _ray_times(self, times: npt.ArrayLike | None, shape: tuple[int, ...]) -> Floats | None:
+        """The times of rays, float64 [n]; warns if they have no effect on a moving world."""
+        if times is None:
+            return None
+        if self._core.is_animated and self._core.time is None:
+            text = (
+                "times have no effect: the world has animations, but it is not at a time; use world.at(time)"
+            )
+            warn(Notice(text, "unused_times"))
+        array = limits("times", times, shape)
+        if len(array) == 1:
+            array = np.full(math.prod(shape), array[0])
+        return array
 
 
 def _fields(names: Iterable[str]) -> list[str]:

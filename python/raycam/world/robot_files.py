@@ -13,6 +13,8 @@ import numpy as np
 from .. import _core, robots
 from ..arguments import Floats, one_of
 from ..errors import Error, FormatError, Notice, WorldError
+from ..srgb import linear_from_srgb
+from .capsule import capsule_mesh
 from .description import plain
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ GEOMETRIES = ("visual", "collision")
 """Shapes that a robot shows."""
 OWN_MATERIALS = (".glb", ".gltf", ".dae")
 """Endings of meshes that always bring their own materials."""
-MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
 SHOWN_FAULTS = 20
 """Missing files that an error lists."""
 
@@ -121,9 +123,9 @@ class _Builder:
             at = f"{self._robot.description.file}:{shape.line}"
             try:
                 path = self._files.find(name)
-                if path.suffix.lower() not in MESHES:
+                if path.suffix.lower() not in MESH_SUFFIXES:
                     raise robots.Missing(
-                        f"unknown kind of mesh {path.suffix!r}; expected {', '.join(MESHES)}"
+                        f"unknown kind of mesh {path.suffix!r}; expected {', '.join(MESH_SUFFIXES)}"
                     )
                 self._found[name] = path
             except robots.Missing as reason:
@@ -154,7 +156,7 @@ class _Builder:
                 label = stem if number == 1 else f"{stem}/{number}"
                 for shown, own in self._replaced(link, shape):
                     world_from_link = self._robot.world_from_root @ poses[link][0]
-                    added = self._add(label, shown, world_from_link @ shown.link_from_visual @ own, own)
+                    added = self._add(label, link, shown, world_from_link @ shown.link_from_visual @ own)
                     placed.append((added, link, shown.link_from_visual @ own))
         except (Error, OSError):
             for _ in range(self._world._core.object_count - before):
@@ -179,12 +181,12 @@ class _Builder:
         )
         return [(other, np.eye(4)) for other in collisions or [box]]
 
-    def _add(self, name: str, shape: robots.Visual, world_from_mesh: Floats, scale: Floats) -> int:
+    def _add(self, name: str, link: str, shape: robots.Visual, world_from_mesh: Floats) -> int:
         geometry = shape.geometry
         keys: dict[str, Any] = {
             "name": name,
             "matrix": world_from_mesh,
-            "category": self._robot.name if self._category == "robot" else name.split("/")[1],
+            "category": self._robot.name if self._category == "robot" else link,
         }
         if geometry.kind == "mesh":
             path = self._found[geometry.file]
@@ -207,7 +209,7 @@ class _Builder:
         elif geometry.kind == "cylinder":
             keys["cylinder"] = {"radius": sizes[0], "height": sizes[1]}
         else:
-            vertices, faces, normals = capsule(sizes[0], sizes[1])
+            vertices, faces, normals = capsule_mesh(sizes[0], sizes[1])
             keys |= {"vertices": vertices, "triangles": faces, "normals": normals}
         return _core.world_add_object(self._world._core, plain(keys), None)
 
@@ -254,7 +256,7 @@ class _Builder:
         keys: dict[str, Any] = {}
         if material.rgba is not None:
             srgb = np.array(material.rgba[:3])
-            keys["color"] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+            keys["color"] = linear_from_srgb(srgb)
             if 0 < material.rgba[3] < 1:
                 keys["opacity"] = material.rgba[3]
             elif material.rgba[3] == 0:
@@ -284,24 +286,3 @@ def _has_materials(path: Path) -> bool:
         return False
     with path.open("rb") as file:
         return any(line.startswith(b"usemtl") for line in file)
-
-
-def capsule(radius: float, length: float, segments: int = 48) -> tuple[Floats, Any, Floats]:
-    """Vertices, triangles and normals of a cylinder along z with half spheres at its ends; `length` is without them."""
-    rings = segments // 4
-    low = np.linspace(-np.pi / 2, 0, rings + 1)
-    radii, heights = np.cos(low), np.sin(low)
-    radii[0] = 0.0  # poles and the seam coincide exactly
-    turns = np.arange(segments + 1) % segments * (2 * np.pi / segments)
-    profile = [(radii[ring], heights[ring], -length / 2) for ring in range(rings + 1)]
-    profile += [(radii[ring], -heights[ring], length / 2) for ring in range(rings, -1, -1)]
-    normals = np.array([[r * np.cos(turn), r * np.sin(turn), h] for r, h, _ in profile for turn in turns])
-    offsets = np.repeat([shift for _, _, shift in profile], len(turns))
-    vertices = radius * normals + np.stack([0 * offsets, 0 * offsets, offsets], axis=1)
-    width, faces = segments + 1, []
-    for row in range(len(profile) - 1):
-        for column in range(segments):
-            a = row * width + column
-            quad = [(a, a + 1, a + width + 1), (a, a + width + 1, a + width)]
-            faces += quad[1:] if row == 0 else quad[:1] if row == len(profile) - 2 else quad
-    return vertices, np.array(faces), normals

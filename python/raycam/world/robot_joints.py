@@ -33,7 +33,7 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
     vectors, single = robot._vectors(joints)
     if not single:
         raise WorldError(
-            f"set_joints: expected one value per joint, got {len(vectors)}; render_many takes several",
+            f"set_joints: expected one joint vector, got {len(vectors)}; use render_many(joints=) for several",
             code="wrong_shape",
         )
     vectors, notices = robot._limited(vectors, clamp)
@@ -95,7 +95,8 @@ def follow_joints(
     for number, one in enumerate(placed):
         if len(one) not in (1, len(placed)):
             raise SettingsError(
-                f"{len(placed)} cameras and {len(one)} joint vectors: expected as many of each",
+                f"joints: got {len(one)} joint vectors for {len(placed)} cameras; "
+                "pass one vector per camera, or one camera",
                 code="wrong_shape",
             )
         placed[number] = [one[number if len(one) > 1 else 0]]

@@ -29,7 +29,7 @@ ROBOT_KEYS = (
 
 def has_robots(description: Mapping[str, Any]) -> bool:
     """True for a world's description with robots."""
-    return "robot" in description
+    return isinstance(description, Mapping) and "robot" in description
 
 
 def split_robots(

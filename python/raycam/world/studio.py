@@ -17,7 +17,7 @@ from .building import WorldBuilding
 from .contents import WorldContents
 from .framing import axes_of, without_ground
 
-__all__ = ["FLOOR", "add_ground", "add_studio"]
+__all__ = ["FLOOR", "add_ground", "add_studio", "add_studio_preview", "add_sun", "is_above", "studio_floor"]
 
 FLOOR = 0.62
 """The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
@@ -32,6 +32,10 @@ KEY_IRRADIANCE, ROOM_RADIANCE = 2.5, 0.55
 """The irradiance of the key light and the radiance of the room, before the floor's radiance becomes `FLOOR`."""
 SOFTBOXES = ((35.0, 40.0, 30.0, 50.0, 1.5), (-110.0, 35.0, 16.0, 50.0, 1.0))
 """Lights in the room: azimuth and elevation, width and height, in degrees, and radiance."""
+SUN_IRRADIANCE = 2.6
+"""Irradiance of the sun of `add_sun`, in W/m²."""
+SKY_RADIANCE = 0.4
+"""Radiance of the sky of `add_sun`, in W/(m² sr)."""
 ROOM_IMAGE_ROWS = 128
 """Rows of the room's picture."""
 
@@ -69,19 +73,38 @@ def add_ground(
     return world.add_object({"plane": {"size": [side, side]}, "name": free, **keys, **material})
 
 
+def studio_floor(world: WorldContents) -> dict[str, float | None]:
+    """The height and the side of the studio's floor under a world, as arguments of `add_ground`."""
+    bounds = without_ground(world).bounds
+    if bounds is None:
+        return {"height": None, "size": 2 * FLOOR_SIDE}
+    diagonal = float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum()))
+    height = float(bounds[0][2 if world.up == "z" else 1]) - GROUND_GAP * (diagonal / 2 or 1.0)
+    return {"height": height, "size": FLOOR_SIDE * (diagonal or 2.0)}
+
+
+def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool) -> None:
+    """Adds a sun, in degrees to the right of the front and above the horizon, and a pale sky if `sky`."""
+    right, front, upward = axes_of(world.up)
+    across, above = math.radians(azimuth), math.radians(elevation)
+    level = math.cos(across) * front + math.sin(across) * right
+    to_sun = math.cos(above) * level + math.sin(above) * upward
+    world.add_light(
+        type="sun", direction=(-to_sun).tolist(), irradiance=SUN_IRRADIANCE, angular_diameter=0.53
+    )
+    if sky:
+        world.add_light(type="sky", radiance=SKY_RADIANCE)
+
+
 def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bool = True) -> None:
     """Adds the studio's lights, arranged around `camera`, and its floor; see `World.add_studio`."""
     camera = None if camera is None else check_camera(camera)
     ground = flag("ground", ground)
     toward, right, upward = _stage(world, camera)
-    azimuth, elevation = math.radians(KEY_AZIMUTH), math.radians(KEY_ELEVATION)
-    level = math.cos(azimuth) * toward + math.sin(azimuth) * right
-    to_key = math.cos(elevation) * level + math.sin(elevation) * upward
+    to_key = _to_key(toward, right, upward)
     image, scale = _room(world.up, toward, right, upward)
-    if ground and (camera is None or camera.is_parallel or _is_above(world, camera)):
-        bounds = without_ground(world).bounds
-        diagonal = 0.0 if bounds is None else float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum()))
-        add_ground(world, name="studio floor", size=FLOOR_SIDE * (diagonal or 2.0))
+    if ground and (camera is None or camera.is_parallel or is_above(world, camera)):
+        add_ground(world, name="studio floor", size=studio_floor(world)["size"])
     world.add_light(type="environment", image=image)
     world.add_light(
         type="sun",
@@ -89,6 +112,29 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
         irradiance=KEY_IRRADIANCE * scale,
         angular_diameter=KEY_DIAMETER,
     )
+
+
+def add_studio_preview(world: WorldBuilding, camera: Camera) -> None:
+    """Adds lights that resemble the studio's, but need one sample per pixel with the integrator "direct".
+
+    The sky's radiance is `FLOOR`. The sun has no size, and the irradiance at which the floor's radiance is `FLOOR` too:
+    `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance * sin(KEY_ELEVATION))`.
+    """
+    world.add_light(type="sky", radiance=FLOOR)
+    world.add_light(
+        type="sun",
+        direction=(-_to_key(*_stage(world, camera))).tolist(),
+        irradiance=math.pi * (1 - FLOOR) / math.sin(math.radians(KEY_ELEVATION)),
+        angular_diameter=0.0,
+    )
+
+
+def _to_key(toward: Floats, right: Floats, upward: Floats) -> Floats:
+    """The unit vector towards the key light."""
+    azimuth, elevation = math.radians(KEY_AZIMUTH), math.radians(KEY_ELEVATION)
+    level = math.cos(azimuth) * toward + math.sin(azimuth) * right
+    direction: Floats = math.cos(elevation) * level + math.sin(elevation) * upward
+    return direction
 
 
 def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
@@ -105,7 +151,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     return toward, np.cross(upward, toward), upward
 
 
-def _is_above(world: WorldContents, camera: Camera) -> bool:
+def is_above(world: WorldContents, camera: Camera) -> bool:
     """True if the camera stands above the lowest point of the world, and so above its ground."""
     bounds = without_ground(world).bounds
     axis = 2 if world.up == "z" else 1

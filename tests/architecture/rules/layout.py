@@ -38,8 +38,8 @@ ORDER = {
         error notice cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors codes notices progress arguments read_only _serialization io camera sensors/sensor rig usd robots world
-        calibration reference render sensors annotations
+        errors codes notices progress arguments srgb read_only _serialization io camera sensors/sensor rig usd robots
+        world calibration reference render sensors annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat

@@ -260,3 +260,21 @@ def test_irradiance_of_the_page_equals_the_core(tmp_path: Path) -> None:
         )
         color = float(np.asarray(frame["color"]).reshape(-1, 3)[0, 0])
         assert color == pytest.approx(page[0][name] * albedo / np.pi, rel=0.02), name
+
+
+def test_floor_points_and_vanishing_points_follow_from_the_camera(states: list[dict[str, object]]) -> None:
+    page = in_page(
+        f"""return {json.dumps(states)}.map((state) => {{
+          const {{ P }} = cameraOf(state), direction = [Math.cos(state.yaw), Math.sin(state.yaw), 0];
+          return [P, floorPoint(P, state.pixel), direction, vanishingPoint(P, direction)];
+        }});"""
+    )
+    assert isinstance(page, list)
+    for state, (flat, floor, direction, vanishing) in zip(states, page, strict=True):
+        P = np.reshape(flat, (3, 4))
+        X, C = reference.points_on_lines(P, np.array([state["pixel"]], float)), reference.camera_center(P)
+        r = reference.lines(X, C)[0]
+        expected = C - C[2] / r[2] * r
+        np.testing.assert_allclose(floor, expected[:2], rtol=1e-5, atol=1e-5 * np.abs(expected).max())
+        far = P @ [*direction, 0]
+        np.testing.assert_allclose(vanishing, far[:2] / far[2], rtol=1e-9)

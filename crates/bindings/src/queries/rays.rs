@@ -8,6 +8,7 @@ use raycam_render::queries::crossings;
 use raycam_render::queries::fields::{Column, Columns, FIELDS, Field};
 use raycam_render::queries::rays::{self, Kernel, RayArrays};
 use raycam_render::queries::selection::{Facing, Selection};
+use raycam_render::queries::timed::{self, MovingWorld};
 
 use crate::arrays::{ArrayResult, DictResult, Floats, array, rows};
 use crate::cancel::Cancel;
@@ -37,6 +38,8 @@ pub(crate) struct RayArguments<'py> {
     skip: Option<(PyReadonlyArrayDyn<'py, i32>, PyReadonlyArrayDyn<'py, i32>)>,
     facing: String,
     surface: String,
+    /// One time for each ray, in seconds after the world's time.
+    times: Option<Floats<'py>>,
     threads: Option<usize>,
 }
 
@@ -66,6 +69,11 @@ impl RayArguments<'_> {
                 surface: surface(&self.surface)?,
             },
         })
+    }
+
+    /// The time of each ray.
+    fn times(&self) -> PyResult<Option<&[f64]>> {
+        self.times.as_ref().map(|times| flat(times, "times")).transpose()
     }
 }
 
@@ -125,22 +133,36 @@ pub(crate) fn world_cast_rays<'py>(
     cancel: Option<PyRef<'py, Cancel>>,
 ) -> DictResult<'py> {
     let (py, threads) = (world.py(), query.threads);
-    let (arrays, fields) = (query.arrays()?, fields(&names)?);
-    let prepared = world.get().prepared(py, threads)?;
-    let is_brief = rays::is_brief(arrays.origins.len());
+    let (arrays, times, fields) = (query.arrays()?, query.times()?, fields(&names)?);
+    let (world, prepared) = world.get().prepared_world(py, threads)?;
+    let is_brief = times.is_none() && rays::is_brief(arrays.origins.len());
     let cancel = cancel.as_deref().map(|cancel| &cancel.control);
-    let found =
-        run_for_work(py, is_brief, cancel, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
+    let found = run_for_work(py, is_brief, cancel, |control| match times {
+        None => rays::cast_rays(&prepared, &arrays, &fields, threads, control),
+        Some(times) => {
+            let moving = MovingWorld { world: &world, prepared: &prepared };
+            timed::cast_rays_at(&moving, &arrays, times, &fields, threads, control)
+        }
+    })?;
     columns_to_dict(py, found)
 }
 
 /// For each ray, true if anything lies in its range of t.
 #[pyfunction]
 pub(crate) fn world_occluded<'py>(world: &Bound<'py, World>, query: RayArguments<'py>) -> ArrayResult<'py, bool> {
-    let (arrays, threads) = (query.arrays()?, query.threads);
-    answer_array(world, threads, rays::is_brief(arrays.origins.len()), |prepared, control| {
-        rays::occluded(prepared, &arrays, threads, control)
-    })
+    let (py, threads) = (world.py(), query.threads);
+    let (arrays, times) = (query.arrays()?, query.times()?);
+    let (world, prepared) = world.get().prepared_world(py, threads)?;
+    let is_brief = times.is_none() && rays::is_brief(arrays.origins.len());
+    let found = run_for_work(py, is_brief, None, |control| match times {
+        None => rays::occluded(&prepared, &arrays, threads, control),
+        Some(times) => {
+            let moving = MovingWorld { world: &world, prepared: &prepared };
+            timed::occluded_at(&moving, &arrays, times, threads, control)
+        }
+    })?;
+    let count = found.len();
+    array(py, found, &[count])
 }
 
 /// Crossings of each ray: `offsets`, `ray`, and fields by name.

@@ -211,6 +211,18 @@ impl World {
         self.derive(|world| world.at_line(&camera.inner, pixel.into()))
     }
 
+    /// The time in seconds that the world is at, if any.
+    #[getter]
+    fn time(&self) -> Option<f64> {
+        self.state().world.time.map(|clock| clock.time)
+    }
+
+    /// True if anything moves.
+    #[getter]
+    fn is_animated(&self) -> bool {
+        self.state().world.is_animated()
+    }
+
     /// (name, seconds) of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f64)> {

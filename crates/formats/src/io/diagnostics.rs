@@ -78,20 +78,19 @@ impl fmt::Display for Place {
 }
 
 impl NoticeGroup {
-    /// The notice, with the name of the file and the places in front.
+    /// The notice about the places, the first of which has the name of the file in front.
     fn notice(self, path: &impl fmt::Display) -> Notice {
         let Self { code, message, places, count } = self;
-        let more = match count - places.len() {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
         let joint = match &places[..] {
-            [Place::Location(Location::Whole)] => return Notice::new(code, format!("{path}: {message}")),
+            [Place::Location(Location::Whole)] => return Notice::about(code, path.to_string(), message),
             [Place::Location(Location::Line(_)), ..] => ":",
             _ => ": ",
         };
-        let places: Vec<String> = places.iter().map(Place::to_string).collect();
-        Notice::new(code, format!("{path}{joint}{}{more}: {message}", places.join(", ")))
+        let mut subjects: Vec<String> = places.iter().map(Place::to_string).collect();
+        if let Some(first) = subjects.first_mut() {
+            *first = format!("{path}{joint}{first}");
+        }
+        Notice { code, message, subjects, count }
     }
 }
 
@@ -155,7 +154,7 @@ mod tests {
     use super::*;
 
     fn messages(diagnostics: Diagnostics, path: &str) -> Vec<String> {
-        diagnostics.into_notices(Path::new(path)).into_iter().map(|notice| notice.message).collect()
+        diagnostics.into_notices(Path::new(path)).into_iter().map(|notice| notice.to_string()).collect()
     }
 
     #[test]

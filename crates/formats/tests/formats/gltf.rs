@@ -150,7 +150,7 @@ fn errors_name_the_place() {
 fn unknown_extensions_are_refused_where_required() {
     let used = r#", "extensionsUsed": ["X_y"]"#;
     let notices = world(&document(&corners_uri(), used)).notices;
-    assert!(notices[0].message.contains("X_y is not read, and not required"), "{notices:?}");
+    assert!(notices[0].to_string().contains("X_y is not read, and not required"), "{notices:?}");
     let required = r#", "extensionsUsed": ["X_y"], "extensionsRequired": ["X_y"]"#;
     assert!(error(document(&corners_uri(), required)).contains("extensionsRequired: X_y (UNSUPPORTED_EXTENSION)"));
 }
@@ -267,7 +267,7 @@ fn strides_that_are_not_allowed_are_said_and_used() {
         let world = load(&path, &Budget::default()).unwrap();
         let found: Vec<_> = world.meshes[0].vertices.iter().map(|v| v.as_vec3().to_array()).collect();
         assert_eq!(found, places);
-        assert!(world.notices[0].message.contains(said), "{:?}", world.notices);
+        assert!(world.notices[0].to_string().contains(said), "{:?}", world.notices);
     }
 }
 
@@ -290,7 +290,7 @@ fn an_image_that_cannot_be_read_is_left_out() {
     ] {
         let world = world(&textured(uri));
         assert_eq!((world.objects.len(), world.materials[0].texture), (1, None), "{uri}");
-        assert!(world.notices.iter().any(|notice| notice.message.contains(said)), "{uri}: {:?}", world.notices);
+        assert!(world.notices.iter().any(|notice| notice.to_string().contains(said)), "{uri}: {:?}", world.notices);
     }
     let whole = world(&textured(&format!("data:image/png;base64,{}", base64(&png))));
     assert!(whole.materials[0].texture.is_some(), "{:?}", whole.notices);

@@ -56,7 +56,7 @@ fn faces_of_one_or_two_corners_are_skipped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(read.notices[0].message.ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
+    assert!(read.notices[0].to_string().ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn colours_of_other_scales_are_told() {
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");
-        assert!(model.notices[0].message.contains(said), "{:?}", model.notices);
+        assert!(model.notices[0].to_string().contains(said), "{:?}", model.notices);
     }
 }
 

@@ -232,7 +232,7 @@ fn large_files_hold_the_same_in_memory_and_on_disk() {
         let path = file(name, &bytes);
         let odd = load(&path, &Budget::default()).unwrap();
         assert!(
-            odd.notices.iter().any(|notice| notice.message.contains("not finite are left out")),
+            odd.notices.iter().any(|notice| notice.to_string().contains("not finite are left out")),
             "{:?}",
             odd.notices
         );

@@ -55,11 +55,15 @@ fn the_length_is_trusted_over_the_number() {
     for count in [0, u32::MAX, 2] {
         let model = model("a.stl", binary(count));
         assert_eq!(model.parts[0].mesh.triangles.len(), 4);
-        assert!(model.notices[0].message.contains(&format!("{count} facets declared, 4 found and used")));
+        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, 4 found and used")));
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);
-    assert!(padded.notices[0].message.contains("7 bytes after the last facet are not used"), "{:?}", padded.notices);
+    assert!(
+        padded.notices[0].to_string().contains("7 bytes after the last facet are not used"),
+        "{:?}",
+        padded.notices
+    );
     assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: 5 facets declared, but the file ends after 4");
 }
 

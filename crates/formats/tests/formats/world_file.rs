@@ -53,7 +53,7 @@ irradiance = [3, 3, 3]
     // The alpha of an image that is named here counts, and no notice says otherwise.
     let material = &world.materials[world.objects[1].materials[0]];
     assert_eq!((material.opacity, material.alpha), (1.0, Alpha::Blend));
-    assert!(!world.notices.iter().any(|notice| notice.message.contains("alpha")), "{:?}", world.notices);
+    assert!(!world.notices.iter().any(|notice| notice.to_string().contains("alpha")), "{:?}", world.notices);
     let opaque = text.replace("texture = \"i.png\"", "texture = \"i.png\"\nalpha = \"opaque\"");
     let opaque = world_file::parse(&opaque, &folder, Path::new("room.toml"), &Budget::default()).unwrap();
     assert_eq!(opaque.materials[opaque.objects[1].materials[0]].alpha, Alpha::Opaque);

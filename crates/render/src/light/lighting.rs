@@ -85,7 +85,7 @@ impl LightingCell {
         }
         if !known.iter().any(|cell| cell.has_lights_of(world)) {
             let checked = world.lights.iter().try_for_each(Light::validate);
-            checked.map_err(|error| RenderError::world(error))?;
+            checked.map_err(RenderError::world)?;
         }
         Ok(Arc::new(Self {
             lights: world.lights.clone(),

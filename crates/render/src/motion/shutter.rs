@@ -176,9 +176,7 @@ impl<'a> ShutterSlices<'a> {
     }
 
     fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
-        let clock = WorldTime { time: self.clock.time + since_middle, ..self.clock };
-        let world = self.world.at_time(clock);
-        world.map_err(|error| RenderError::world(error))
+        world_after(self.world, self.clock, since_middle)
     }
 
     fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
@@ -186,4 +184,24 @@ impl<'a> ShutterSlices<'a> {
         let moved = PreparedWorld::advance_world(&world, self.reference, control)?;
         Ok(Arc::new(moved))
     }
+}
+
+/// The world at `seconds` after its own time, prepared; `reference` is the prepared `world`.
+///
+/// # Errors
+/// [`RenderError::World`] if an object cannot be placed at this time, and errors of [`PreparedWorld::new`].
+pub(crate) fn prepare_after(
+    world: &World,
+    reference: &PreparedWorld,
+    seconds: f64,
+    control: &Control,
+) -> Result<PreparedWorld, RenderError> {
+    let clock = world.time.unwrap_or(WorldTime { time: 0.0, animation: None });
+    PreparedWorld::advance_world(&world_after(world, clock, seconds)?, reference, control)
+}
+
+/// The world `seconds` after `clock`.
+fn world_after(world: &World, clock: WorldTime, seconds: f64) -> Result<World, RenderError> {
+    let clock = WorldTime { time: clock.time + seconds, ..clock };
+    world.at_time(clock).map_err(RenderError::world)
 }

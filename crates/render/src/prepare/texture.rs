@@ -50,7 +50,7 @@ pub(crate) fn prepare_textures(
     let prepare = |texture: &Arc<Texture>| match known.built_of(texture) {
         Some(known) => Ok(known),
         None => {
-            texture.validate().map_err(|error| RenderError::world(error))?;
+            texture.validate().map_err(RenderError::world)?;
             Ok(Arc::new(PreparedTexture::new(texture.clone())))
         }
     };

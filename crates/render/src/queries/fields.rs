@@ -81,6 +81,16 @@ impl Column {
         }
     }
 
+    /// Moves the `width` values of hit i to place `order[i]`.
+    fn scatter(&mut self, order: &[usize], width: usize) {
+        match self {
+            Column::Float64(values) => scatter(values, order, width),
+            Column::Float32(values) => scatter(values, order, width),
+            Column::Int32(values) => scatter(values, order, width),
+            Column::Bool(values) => scatter(values, order, width),
+        }
+    }
+
     /// Appends a column of the same type.
     pub(super) fn append(&mut self, other: Column) {
         match (self, other) {
@@ -105,6 +115,13 @@ impl Columns {
     pub(super) fn append(&mut self, other: Columns) {
         for ((_, all), (_, more)) in self.0.iter_mut().zip(other.0) {
             all.append(more);
+        }
+    }
+
+    /// Moves the values of hit i to place `order[i]`.
+    pub(super) fn scatter(&mut self, order: &[usize]) {
+        for (field, column) in &mut self.0 {
+            column.scatter(order, field.width());
         }
     }
 
@@ -139,6 +156,13 @@ impl Field {
             Field::Albedo => Column::Float32(vec![]),
             _ => Column::Float64(vec![]),
         }
+    }
+}
+
+fn scatter<T: Copy>(values: &mut [T], order: &[usize], width: usize) {
+    let sorted = values.to_vec();
+    for (&place, row) in order.iter().zip(sorted.chunks_exact(width)) {
+        values[place * width..][..width].copy_from_slice(row);
     }
 }
 

@@ -103,21 +103,47 @@ pub fn cast_rays(
 ) -> Result<Columns, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
-    check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
-    let geometry = &world.geometry;
-    geometry.rebraid_if_worth(n);
+    check_hit_memory(n, fields)?;
+    world.geometry.rebraid_if_worth(n);
     let mut found = Columns::empty(fields);
-    let work = |range: Range<usize>| {
-        let local = rays.slice(range.clone());
-        let mut hits = closest_hits(world, &local, rays, range);
-        if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
-            geometry.two_level().refine(&local, geometry, &mut hits);
-        }
-        columns(geometry, fields, local.iter().zip(&hits))
-    };
+    let work = |range: Range<usize>| hit_columns(world, rays, fields, range);
     world.geometry.note_exact_rays(n as u64);
     in_tasks((n, NS_PER_RAY), threads, control, work, |more| found.append(more))?;
     Ok(found)
+}
+
+/// Checks the memory of the fields of `n` hits.
+pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderError> {
+    let numbers: u64 = fields.iter().map(|field| field.width() as u64).sum();
+    check_memory(|| format!("{n} hits"), n as u64 * 8 * numbers)
+}
+
+/// Fields of the nearest hits of a range of checked rays.
+pub(super) fn hit_columns(world: &PreparedWorld, rays: &RayArrays, fields: &[Field], range: Range<usize>) -> Columns {
+    let geometry = &world.geometry;
+    let local = rays.slice(range.clone());
+    let mut hits = closest_hits(world, &local, rays, range);
+    if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
+        geometry.two_level().refine(&local, geometry, &mut hits);
+    }
+    columns(geometry, fields, local.iter().zip(&hits))
+}
+
+/// For each of a range of checked rays, true if it has any hit.
+pub(super) fn any_hits(world: &PreparedWorld, rays: &RayArrays, range: Range<usize>) -> Vec<bool> {
+    let local = rays.slice(range.clone());
+    let mut occluded = vec![false; local.len()];
+    match rays.kernel {
+        Kernel::Exact => {
+            let filter = rays.selection.filter(&world.geometry, &local, range);
+            let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
+            world.geometry.exact_scene().occluded_exact(&local, &world.geometry, filter, &mut occluded);
+        }
+        Kernel::Float32 { coherent } => {
+            world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
+        }
+    }
+    occluded
 }
 
 /// True for each ray with any hit at `t_min <= t <= t_max`, decided as by [`cast_rays`].
@@ -134,21 +160,7 @@ pub fn occluded(
     let n = rays.origins.len();
     world.geometry.rebraid_if_worth(n);
     let mut found = Vec::with_capacity(n);
-    let work = |range: Range<usize>| {
-        let local = rays.slice(range.clone());
-        let mut occluded = vec![false; local.len()];
-        match rays.kernel {
-            Kernel::Exact => {
-                let filter = rays.selection.filter(&world.geometry, &local, range);
-                let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
-                world.geometry.exact_scene().occluded_exact(&local, &world.geometry, filter, &mut occluded);
-            }
-            Kernel::Float32 { coherent } => {
-                world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
-            }
-        }
-        occluded
-    };
+    let work = |range: Range<usize>| any_hits(world, rays, range);
     world.geometry.note_exact_rays(n as u64);
     in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)

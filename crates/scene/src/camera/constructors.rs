@@ -11,6 +11,7 @@ use crate::camera::pixel_center::PixelCenter;
 use crate::camera::undistort_table::UndistortTable;
 use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::math::rotation;
 use crate::up::Up;
 
@@ -114,7 +115,9 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self> {
         if ![roll, pitch, yaw].iter().all(|v| v.is_finite()) {
-            return Err(SceneError::camera(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")));
+            return Err(SceneError::Camera(
+                ErrorCode::OutOfRange.message(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")),
+            ));
         }
         let world_from_body = rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
         Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), location, size, pixel_center)
@@ -165,9 +168,9 @@ impl Camera {
     pub fn from_opengl(k: DMat3, world_from_camera: DMat4, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         let last = world_from_camera.row(3);
         if last.to_array() != [0.0, 0.0, 0.0, 1.0] {
-            return Err(SceneError::camera(format!(
+            return Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!(
                 "the last row of world_from_camera is {last}, expected 0 0 0 1: is the matrix transposed?"
-            )));
+            ))));
         }
         let world_from_gl = DMat3::from_mat4(world_from_camera);
         let world_from_cv = DMat3::from_cols(world_from_gl.x_axis, -world_from_gl.y_axis, -world_from_gl.z_axis);

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3, DVec4};
 
 use crate::camera::center::Center;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 
 /// Below this, relative to its operands, a difference is rounding error.
 const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
@@ -24,7 +25,9 @@ pub struct DecomposedMatrix {
 /// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
 pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
-        return Err(SceneError::camera(format!("P = {p:?}: every value must be finite")));
+        return Err(SceneError::Camera(
+            ErrorCode::InvalidMatrix.message(format!("P = {p:?}: every value must be finite")),
+        ));
     }
     let largest = p.iter().flat_map(|row| &row[..3]).fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
@@ -70,7 +73,10 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     let t1 = (p[0][3] - k.y_axis.x * t2 - k.z_axis.x * t3) / k.x_axis.x;
     let c = -(r.transpose() * DVec3::new(t1, t2, t3));
     if !(c.is_finite() && k.is_finite()) {
-        return Err(SceneError::camera(format!("P = {p:?}: its numbers are too far apart to say where its centre is")));
+        return Err(SceneError::Camera(
+            ErrorCode::InvalidMatrix
+                .message(format!("P = {p:?}: its numbers are too far apart to say where its centre is")),
+        ));
     }
     Ok(DecomposedMatrix { k, r, c, p, center: Center::Point })
 }
@@ -80,7 +86,9 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
 fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     let rank = numerical_rank(p);
     if rank < 3 {
-        return Err(SceneError::camera(format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")));
+        return Err(SceneError::Camera(
+            ErrorCode::InvalidMatrix.message(format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")),
+        ));
     }
     let [m1, m2, m3] = p.map(|row| DVec3::new(row[0], row[1], row[2]));
     let p4 = DVec3::from_array(p.map(|row| row[3]));
@@ -117,9 +125,9 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
 fn decomposed_parallel(p: [[f64; 4]; 3], k: DMat3, r1: DVec3, r2: DVec3, scale: f64) -> Result<DecomposedMatrix> {
     let r = DMat3::from_cols(r1, r2, r1.cross(r2)).transpose();
     if !(k.is_finite() && k.determinant() != 0.0 && r.is_finite()) {
-        return Err(SceneError::camera(format!(
+        return Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!(
             "P = {p:?} has its centre at infinity, and its numbers are too far apart to say where"
-        )));
+        ))));
     }
     Ok(DecomposedMatrix { k, r, c: DVec3::ZERO, p: p.map(|row| row.map(|v| v / scale)), center: Center::Infinity })
 }

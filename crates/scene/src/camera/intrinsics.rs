@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::camera::pixel_center::PixelCenter;
 use crate::camera::validate::format_matrix;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 
 /// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.
 ///
@@ -12,9 +13,9 @@ use crate::error::{Result, SceneError};
 /// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
 pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3> {
     if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
-        return Err(SceneError::camera(format!(
+        return Err(SceneError::Camera(ErrorCode::OutOfRange.message(format!(
             "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
-        )));
+        ))));
     }
     let focal = f64::from(size[1]) / 2.0 / (fov_vertical.to_radians() / 2.0).tan();
     Ok(intrinsics_from_focal(focal, size, pixel_center))
@@ -36,7 +37,9 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
 
 /// `k / K[2][2]`, or an error message.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
-    let fail = |message: String| Err(SceneError::camera(format!("K = {}: {message}", format_matrix(k))));
+    let fail = |message: String| {
+        Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!("K = {}: {message}", format_matrix(k)))))
+    };
     if !k.is_finite() {
         return fail("every value must be finite".into());
     }

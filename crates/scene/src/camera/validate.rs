@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3, DVec4};
 
 use crate::camera::center::Center;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 
 /// The largest width and height.
 pub const MAX_SIDE: u32 = 65_536;
@@ -32,14 +33,15 @@ pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f
 pub fn check_size(size: [u32; 2]) -> Result<()> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
-        return Err(SceneError::camera(format!(
-            "an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows"
-        )));
+        return Err(SceneError::Camera(
+            ErrorCode::OutOfRange
+                .message(format!("an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows")),
+        ));
     }
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(SceneError::camera(format!(
+        return Err(SceneError::Camera(ErrorCode::TooLarge.message(format!(
             "an image of {width} x {height} pixels is more than {MAX_PIXELS}: render it in regions or smaller"
-        )));
+        ))));
     }
     Ok(())
 }
@@ -90,7 +92,9 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
 /// The rotation nearest to `r`, which must be within [`ROTATION_TOLERANCE`] of one.
 pub fn validated_rotation(r: DMat3) -> Result<DMat3> {
     let rotation = nearest_rotation(r);
-    rotation.map(|(r, _)| r).map_err(|message| SceneError::camera(format!("R = {}: {message}", format_matrix(r))))
+    rotation.map(|(r, _)| r).map_err(|message| {
+        SceneError::Camera(ErrorCode::NotARotation.message(format!("R = {}: {message}", format_matrix(r))))
+    })
 }
 
 /// The largest entry of `|R Rᵀ - I|`.

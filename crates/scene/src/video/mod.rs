@@ -11,6 +11,7 @@ pub use self::track::KeyframeInterpolation;
 use self::track::Track;
 use crate::camera::{Camera, Pose};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::math::rotation;
 use crate::up::Up;
 
@@ -86,10 +87,14 @@ impl Video {
     /// [`SceneError`] if it moves unknown objects, or has no length or no end.
     pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<()> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
-            return Err(SceneError::world(format!("the video moves rig {id} of {rigs}")));
+            return Err(SceneError::World(
+                ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id} of {rigs}")),
+            ));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::world(format!("the video moves object {id} of {objects}")));
+            return Err(SceneError::World(
+                ErrorCode::IndexOutOfRange.message(format!("the video moves object {id} of {objects}")),
+            ));
         }
         check_length(self.fps, self.seconds)
     }

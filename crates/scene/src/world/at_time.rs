@@ -9,6 +9,7 @@ use crate::animation::node_attachment::move_light;
 use crate::animation::{NodeTree, flattened};
 use crate::camera::Camera;
 use crate::error::{Result, SceneError, suggestion};
+use crate::error_code::ErrorCode;
 use crate::math::rotation;
 use crate::up::Up;
 use crate::video::KeyframedMotion;
@@ -67,7 +68,7 @@ impl World {
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
             let near = suggestion(name, names.iter().copied());
-            SceneError::world(format!("no animation {name:?} among {}{near}", names.len()))
+            SceneError::unknown_name(format!("no animation {name:?} among {}{near}", names.len()))
         })
     }
 
@@ -80,7 +81,9 @@ impl World {
         let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
             Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
-            _ => Err(SceneError::world(format!("animation {animation}, but the world has {count}"))),
+            _ => Err(SceneError::World(
+                ErrorCode::IndexOutOfRange.message(format!("animation {animation}, but the world has {count}")),
+            )),
         }
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::camera::{Camera, NamedCamera};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -37,7 +38,11 @@ impl World {
     pub fn add_material(&mut self, material: Material) -> Result<usize> {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
-            return Err(SceneError::world(format!("texture {} of {}", slot.texture, self.textures.len())));
+            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
+                "texture {} of {}",
+                slot.texture,
+                self.textures.len()
+            ))));
         }
         self.note_reflectance(&material);
         self.materials.push(material);

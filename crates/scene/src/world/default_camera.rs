@@ -4,6 +4,7 @@ use glam::{BVec3, DVec2, DVec3};
 
 use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::up::Up;
 use crate::world::World;
 
@@ -22,7 +23,9 @@ impl World {
             return Ok(first.camera.clone());
         }
         let Some((low, high)) = self.bounds() else {
-            return Err(SceneError::world("the world has no objects: there is nothing to look at"));
+            return Err(SceneError::World(
+                ErrorCode::NothingVisible.message("the world has no objects: there is nothing to look at"),
+            ));
         };
         let pixel_center = PixelCenter::default();
         let k = intrinsics_from_fov(45.0, size, pixel_center)?;

@@ -4,6 +4,7 @@ use glam::DAffine3;
 
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
+use crate::error_code::ErrorCode;
 use crate::light::Light;
 use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
@@ -157,7 +158,7 @@ fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
         1 => "the world has one, 0".into(),
         _ => format!("the world has {count}, 0 to {}", count - 1),
     };
-    Err(SceneError::world(format!("no {what} {number}: {known}")))
+    Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!("no {what} {number}: {known}"))))
 }
 
 /// Moves an index down if it follows the removed one; false for the removed index.

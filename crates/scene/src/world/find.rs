@@ -13,7 +13,7 @@ impl World {
         self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names = self.cameras.iter().map(|camera| camera.name.as_str());
             let count = self.cameras.len();
-            SceneError::world(format!("no camera {name:?} among {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!("no camera {name:?} among {count}{}", suggestion(name, names)))
         })
     }
 
@@ -25,7 +25,7 @@ impl World {
         self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
             let names = self.objects.iter().map(|object| object.name.as_str());
             let count = self.objects.len();
-            SceneError::world(format!("no object {name:?} among {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!("no object {name:?} among {count}{}", suggestion(name, names)))
         })
     }
 }

@@ -31,7 +31,7 @@ impl World {
     pub fn find_rig(&self, name: &str) -> Result<usize> {
         self.rigs.iter().position(|rig| rig.name() == name).ok_or_else(|| {
             let count = self.rigs.len();
-            SceneError::world(format!(
+            SceneError::unknown_name(format!(
                 "no rig {name:?} among {count}{}",
                 suggestion(name, self.rigs.iter().map(Rig::name))
             ))

@@ -13,7 +13,7 @@ impl World {
             let names = self.variants.iter().map(|variant| &variant.name[..]);
             let count = self.variants.len();
             let near = suggestion(name, names);
-            return Err(SceneError::world(format!("no variant {name:?} among {count}{near}")));
+            return Err(SceneError::unknown_name(format!("no variant {name:?} among {count}{near}")));
         };
         let mut world = self.clone();
         for &(object, slot, material) in &variant.materials {

@@ -17,10 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["add_look", "apply_look"]
 
-SUN_IRRADIANCE = 2.6
-"""Irradiance of the sun of `--sun`, in W/m²."""
-SKY_RADIANCE = 0.4
-"""Radiance of the sky of `--sun`, in W/(m² sr)."""
 HDRI_GROUND_ALBEDO = 0.4
 """Albedo of the floor of `--ground` with `--hdri`: dark enough for shadows under a bright sky to be visible."""
 SURROUNDING_LIGHTS = {"environment", "sky", "daylight"}
@@ -143,24 +139,14 @@ def _report_weak_lights(world: World, options: argparse.Namespace) -> None:
 
 def _add_lights(world: World, options: argparse.Namespace) -> None:
     """Adds the lights of `--hdri` and `--sun`."""
-    import math
-
     from ...data import bundled
-    from ...world.framing import axes_of
+    from ...world.studio import add_sun
 
     if options.hdri is not None:
         found = bundled(options.hdri) or options.hdri
         world.add_light(type="environment", image=os.path.abspath(found), yaw=options.hdri_rotation or 0.0)
     if options.sun is not None:
-        azimuth, elevation = (math.radians(angle) for angle in options.sun)
-        right, front, upward = axes_of(world.up)
-        level = math.cos(azimuth) * front + math.sin(azimuth) * right
-        to_sun = math.cos(elevation) * level + math.sin(elevation) * upward
-        world.add_light(
-            type="sun", direction=(-to_sun).tolist(), irradiance=SUN_IRRADIANCE, angular_diameter=0.53
-        )
-        if options.hdri is None and not options.studio:
-            world.add_light(type="sky", radiance=SKY_RADIANCE)
+        add_sun(world, *options.sun, sky=options.hdri is None and not options.studio)
 
 
 def _check_lights(options: argparse.Namespace, settings: dict[str, Any]) -> None:

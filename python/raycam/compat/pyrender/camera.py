@@ -25,8 +25,12 @@ class Camera:
         self, znear: float | None = 0.05, zfar: float | None = 100.0, name: str | None = None
     ) -> None:
         self.name, self.znear, self.zfar = name, znear, zfar
-        if self.zfar is not None and self.zfar <= self.znear:
-            raise ValueError(f"zfar is {zfar}: expected more than znear, {self.znear}")
+
+    def _check_values(self) -> None:
+        """Raises `ValueError` if the far plane is not behind the near one; called after each assignment."""
+        near, far = self.__dict__.get("_znear"), self.__dict__.get("_zfar")
+        if near is not None and far is not None and far <= near:
+            raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         """Origins and directions [n, 3] in the camera of rays through places in the picture, in pixels from its corner.

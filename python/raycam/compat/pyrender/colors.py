@@ -35,9 +35,14 @@ def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
 
 
 def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.float32]:
-    """Colours [n, c] with `shape[1]` channels, float32; missing ones are 1. Raises `ValueError`."""
+    """Colours [n, c] with `shape[1]` channels, float32; missing ones are 1. Raises `ValueError`.
+
+    One colour [3] or [4] is that of all `shape[0]` vertices.
+    """
     array = np.asarray(value)
     color = array.astype(np.float64) / (255.0 if array.dtype.kind in "iu" else 1.0)
+    if (color.ndim == 1 and len(color) in (3, 4)) or (color.ndim == 2 and len(color) == 1):
+        color = np.broadcast_to(color, (shape[0], color.shape[-1]))
     if color.ndim != 2:
         raise ValueError(f"colours of shape {list(array.shape)}: expected [n, {shape[1]}]")
     missing = np.ones((len(color), max(0, shape[1] - color.shape[1])))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .camera import Camera
 from .light import Light
 from .mesh import Mesh
-from .values import Converted, text
+from .values import Converted, LiveArray, text
 
 __all__ = ["Node"]
 
@@ -70,8 +70,8 @@ class Node:
 
     @property
     def matrix(self) -> Any:
-        """A copy of parent_from_node [4, 4]; assign a whole matrix to place the node."""
-        return self._matrix.copy()
+        """parent_from_node [4, 4]; assigned elements move the node."""
+        return LiveArray(self._matrix, lambda value: setattr(self, "matrix", value))
 
     @matrix.setter
     def matrix(self, value: npt.ArrayLike) -> None:
@@ -84,17 +84,23 @@ class Node:
 
     @property
     def translation(self) -> Any:
-        """The place [3]."""
-        return self._matrix[:3, 3].copy()
+        """The place [3]; assigned elements move the node."""
+        return LiveArray(self._matrix[:3, 3], lambda value: setattr(self, "translation", value))
 
     @translation.setter
     def translation(self, value: npt.ArrayLike) -> None:
-        self._compose(value, self.rotation, self.scale)
+        place = np.asarray(value, dtype=np.float64)
+        if place.shape != (3,) or not np.isfinite(place).all():
+            raise ValueError(f"translation is {value!r}: expected three finite numbers")
+        # The rest of the matrix is unchanged, with mirrors and shear.
+        matrix = self._matrix.copy()
+        matrix[:3, 3] = place
+        self._matrix = matrix
 
     @property
     def rotation(self) -> Any:
-        """The unit quaternion x, y, z, w."""
-        turn = self._matrix[:3, :3] / self.scale
+        """The unit quaternion x, y, z, w; assigned elements turn the node; `ValueError` if it is no unit."""
+        turn = self._matrix[:3, :3] / np.array(self.scale)
         trace = np.trace(turn)
         # The largest component first, so that nothing small is divided by.
         squares = (
@@ -109,7 +115,8 @@ class Node:
             i, j = (k + 1) % 3, (k + 2) % 3
             quaternion[i], quaternion[j] = turn[i, k] + turn[k, i], turn[j, k] + turn[k, j]
             quaternion[3] = turn[j, i] - turn[i, j]
-        return quaternion / np.linalg.norm(quaternion)
+        unit = quaternion / np.linalg.norm(quaternion)
+        return LiveArray(unit, lambda value: setattr(self, "rotation", value))
 
     @rotation.setter
     def rotation(self, value: npt.ArrayLike) -> None:
@@ -117,8 +124,9 @@ class Node:
 
     @property
     def scale(self) -> Any:
-        """The lengths [3] of the axes."""
-        return np.linalg.norm(self._matrix[:3, :3], axis=0)
+        """The lengths [3] of the axes; assigned elements scale the node."""
+        lengths = np.linalg.norm(self._matrix[:3, :3], axis=0)
+        return LiveArray(lengths, lambda value: setattr(self, "scale", value))
 
     @scale.setter
     def scale(self, value: npt.ArrayLike) -> None:

@@ -47,7 +47,7 @@ class Primitive(Bounded):
     A material that is not given is white metal, as there; `Mesh.from_trimesh` has a grey one.
     """
 
-    positions = Converted(lambda value: np.ascontiguousarray(value, dtype=np.float64))
+    positions = Converted(lambda value: _positions(value))
     indices = Converted(lambda value: None if value is None else np.asarray(value).astype(np.int64))
     mode = Converted(lambda value: _mode(value))
     material = Converted(lambda value: _material(value))
@@ -173,6 +173,8 @@ class Primitive(Bounded):
     @property
     def bounds(self) -> Floats:
         """The lower and upper corner [2, 3] around all its poses."""
+        if len(self.positions) == 0:
+            return np.zeros((2, 3))
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
         corners = np.array(
             [[x, y, z, 1] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
@@ -186,6 +188,12 @@ class Primitive(Bounded):
         return bool(self.material.is_transparent) or (
             self.color_0 is not None and bool((self.color_0[:, 3] != 1).any())
         )
+
+
+def _positions(value: npt.ArrayLike) -> Floats:
+    """Positions [n, 3]; an empty list is a cloud without points."""
+    array = np.ascontiguousarray(value, dtype=np.float64)
+    return array.reshape(0, 3) if array.size == 0 else array
 
 
 def _mode(value: Any) -> int:

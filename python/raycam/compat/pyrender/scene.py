@@ -44,8 +44,21 @@ class Scene(Bounded):
         self.ambient_light = ambient_light
         self._parents: dict[Node, Node | None] = {}
         self._main_camera: Node | None = None
-        for node in nodes or ():
-            self.add_node(node)
+        given = list(nodes or ())
+        below: set[int] = set()
+        ahead = [child for node in given for child in node.children]
+        while ahead:
+            child = ahead.pop()
+            if id(child) not in below:
+                below.add(id(child))
+                ahead += child.children
+        # Nodes below others of the list are added with their parents.
+        for node in given:
+            if id(node) not in below and node not in self._parents:
+                self.add_node(node)
+        for node in given:
+            if node not in self._parents:
+                raise ValueError(f"the node {node.name!r} is below itself")
 
     # Nodes ------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Converted", "number", "text", "truth"]
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Converted", "LiveArray", "number", "text", "truth"]
 
 
 class Converted:
@@ -24,7 +27,45 @@ class Converted:
 
     def __set__(self, holder: Any, value: Any) -> None:
         """Converts the value and keeps it."""
+        before = holder.__dict__.get(self._name, self)
         setattr(holder, self._name, self._convert(value))
+        check = getattr(holder, "_check_values", None)
+        if check is None:
+            return
+        try:
+            check()
+        except ValueError:
+            if before is not self:
+                setattr(holder, self._name, before)
+            raise
+
+
+class LiveArray(np.ndarray[Any, Any]):
+    """An array whose elements can be assigned: `write` gets the whole changed array, and may raise `ValueError`."""
+
+    _write: Callable[[npt.NDArray[Any]], None] | None
+
+    def __new__(cls, values: npt.ArrayLike, write: Callable[[npt.NDArray[Any]], None]) -> LiveArray:
+        """A copy of values, float64."""
+        array = np.array(values, dtype=np.float64).view(cls)
+        array._write = write
+        return array
+
+    def __array_finalize__(self, whole: Any) -> None:
+        """Results of arithmetic are plain values."""
+        self._write = None
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        """Assigns elements, here and at the source; without effect if the source refuses them."""
+        before = self[key].copy() if self._write is not None else None
+        super().__setitem__(key, value)
+        if self._write is None:
+            return
+        try:
+            self._write(np.array(self))
+        except ValueError:
+            super().__setitem__(key, before)
+            raise
 
 
 def text(value: Any) -> str | None:

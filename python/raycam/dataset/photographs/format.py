@@ -58,12 +58,12 @@ def check(plan: Plan) -> None:
         given = [name for name in words("channel", options["channels"], CHANNELS) if name != "depth"]
         if given:
             raise SettingsError(
-                f"layout {layout!r} has fixed files, without channels {', '.join(given)}; use plain",
+                f"layout {layout!r} does not support channels {', '.join(given)}; use layout plain",
                 code="conflicting_values",
             )
     if plan.recipe is not None:
         raise SettingsError(
-            "photos requires a single world; a recipe has no photographs", code="missing_value"
+            "the format photos cannot be used with a recipe; pass a single world", code="missing_value"
         )
     if layout in ("mvsnet", "colmap", "blendedmvs"):
         for number, view in enumerate(plan.shots):

@@ -2,12 +2,13 @@
 
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
-import { COMPARE_MODES, areComparable, differenceOf } from "./image/compare.js";
+import { areComparable, differenceKind, differenceOf } from "./image/compare.js";
+import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
 import { showExplanation } from "./panel/explain.js";
 import { fillLegend } from "./panel/legend.js";
-import { grouped, sixDigits } from "./image/numbers.js";
+import { sixDigits } from "./image/numbers.js";
 import { paint } from "./image/paint.js";
 import { PictureView, layerOf } from "./picture.js";
 import { fillReadout, readoutText } from "./panel/readout.js";
@@ -20,6 +21,8 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 const DIVIDER_REACH = 10; // CSS pixels
 const MESSAGE_TIME = 6000; // ms that a notice stays
 const SAME_BREATH = 400; // ms within which what is said joins what was said
+const VALUES_ZOOM = 40; // CSS pixels per image pixel from which numbers are requested
+const BLINK_TIME = 500; // ms that each image of a blink is shown
 const PROBE_PAUSE = 20; // ms between two questions for values: a server answers 60 a second at most
 
 export class Client {
@@ -28,17 +31,25 @@ export class Client {
     this.transport = transport;
     this.picture = new PictureView(byId("picture", HTMLCanvasElement));
     this.controls = new DisplayControls(() => this.repaint());
+    this.compare = new ComparePanel(() => this.repaint());
     /** @type {string[]} */
     this.channels = [];
     this.channel = "";
     /** @type {Plane | null} */
     this.plane = null;
+    /** True if a server sends the numbers of colors; otherwise it sends compressed images. */
+    this.wantsPlanes = false;
+    /** True if the next plane becomes B. */
+    this.takesNext = false;
     /** @type {Plane | null} B of the frame that came with A */
     this.frameB = null;
     /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} a picture that was taken as B */
     this.taken = null;
-    /** @type {typeof COMPARE_MODES[number]} */
     this.mode = "off";
+    this.blinking = 0;
+    /** The names of the files of A and B. */
+    this.nameA = "";
+    this.nameB = "";
     /** @type {Record<string, Record<string, string>>} names of ids by channel */
     this.names = {};
     /** The pixel of the whole picture at the left top corner of the arrays. */
@@ -65,7 +76,6 @@ export class Client {
   }
 
   open() {
-    fillSelect(byId("compare-mode", HTMLSelectElement), COMPARE_MODES.map((mode) => [mode, mode]));
     this.transport.open((message) => this.receive(message));
   }
 
@@ -85,15 +95,18 @@ export class Client {
 
   /** @param {Message} welcome */
   welcome(welcome) {
+    this.wantsPlanes = false;
     document.body.classList.toggle("live", this.transport.live);
     byId("title", HTMLElement).textContent = welcome.title;
     document.title = welcome.title;
+    [this.nameA, this.nameB] = welcome.compared || ["", ""];
     this.channels = welcome.channels.map((/** @type {any} */ each) => each.name);
     this.names = welcome.names;
     this.origin = { column: welcome.origin[0], row: welcome.origin[1] };
     fillSelect(byId("channel", HTMLSelectElement), this.channels.map((name) => [name, name]));
     if (welcome.resumed) this.controls.onDisplay(this.controls.display);
     else {
+      this.controls.firstExposure = welcome.exposure;
       this.controls.setExposure(welcome.exposure);
       this.controls.setView(welcome.view);
     }
@@ -119,7 +132,7 @@ export class Client {
 
   /** @param {string} name */
   setChannel(name) {
-    if (!this.channels.includes(name)) return this.say(`There is no channel ${name} here.`, "notice");
+    if (!this.channels.includes(name)) return this.say(`Channel ${name} is not available here.`, "notice");
     this.channel = name;
     byId("channel", HTMLSelectElement).value = name;
     this.transport.send({ type: "channel", name: /** @type {import("./messages").Channel["name"]} */ (name) });
@@ -143,59 +156,59 @@ export class Client {
       this.controls.show(plane);
       this.repaint();
       if (!moving) this.probe();
-    } else this.picture.show({ a: layerOf(image) });
+      if (this.takesNext && !moving) this.takeB();
+    } else {
+      this.controls.showLight();
+      this.picture.show({ a: layerOf(image), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
+      if (!moving) this.probe();
+    }
     this.describe();
   }
 
-  /** Paints what is shown anew: after another display, channel or mode. */
+  /** Paints the image again: after another display, channel or mode. */
   repaint() {
     const { plane, controls } = this;
-    if (!plane) return this.showCompare(null);
+    if (!plane) return this.showCompare(null, []);
     const b = this.frameB || this.taken?.plane;
-    const difference = b && areComparable(plane, b) ? differenceOf(plane, b) : null;
-    let layerB = this.taken?.layer || null;
-    if (this.frameB) layerB = layerOf(paint(this.frameB, controls.display));
-    if (this.mode === "difference" && difference) layerB = layerOf(paint(difference.plane, { ...controls.display, range: null }));
-    this.picture.show({ a: layerOf(paint(plane, controls.display)), b: layerB, mode: layerB ? this.mode : "off" });
-    const legend = this.mode === "difference" && difference ? difference.plane : plane;
-    fillLegend(byId("legend", HTMLElement), legend, { ...controls.display, range: legend === plane ? controls.display.range : null }, this.names[plane.name] || {});
-    this.showCompare(difference);
+    const kind = differenceKind(this.mode);
+    const difference = b && areComparable(plane, b) ? differenceOf(plane, b, kind || "absolute") : null;
+    const layerA = layerOf(paint(plane, controls.display));
+    const imageB = this.frameB ? layerOf(paint(this.frameB, controls.display)) : this.taken?.layer || null;
+    let [layerB, display] = [imageB, controls.display];
+    if (kind && difference) {
+      display = { ...controls.display, ...this.compare.displayOf(difference) };
+      layerB = layerOf(paint(difference.plane, display));
+    }
+    const shown = kind ? "difference" : this.mode === "blink" ? "flip" : this.mode;
+    this.picture.show({ a: layerA, b: layerB, mode: layerB && (!kind || difference) ? /** @type {any} */ (shown) : "off" });
+    const legend = kind && difference ? difference.plane : plane;
+    fillLegend(byId("legend", HTMLElement), legend, display, this.names[plane.name] || {});
+    this.showCompare(difference, [layerA, imageB]);
   }
 
-  /** @param {import("./image/compare.js").Difference | null} difference */
-  showCompare(difference) {
-    const has = Boolean(this.frameB || this.taken);
-    const select = byId("compare-mode", HTMLSelectElement);
-    select.disabled = !has;
-    select.value = this.mode;
-    select.options[COMPARE_MODES.indexOf("difference")].disabled = !difference;
-    const nothing = "B is empty: take the picture as it is now, then change something.";
-    const text = this.frameB ? "B is the second frame." : this.taken ? "B is the picture that was taken." : nothing;
-    byId("compare-text", HTMLElement).textContent = text;
-    byId("divider-label", HTMLElement).hidden = this.mode !== "slider";
-    const figures = byId("difference", HTMLElement);
-    figures.hidden = !difference;
-    if (!difference || !this.plane) return;
-    const total = this.plane.width * this.plane.height;
-    /** @type {[string, string][]} */
-    const rows = [["pixels that differ", `${grouped(difference.pixels)} of ${grouped(total)}`]];
-    if (!difference.ids) {
-      rows.push(["largest difference", sixDigits(difference.most, "float64")]);
-      rows.push(["mean", sixDigits(difference.mean, "float64")], ["root mean square", sixDigits(difference.rms, "float64")]);
-    }
-    figures.replaceChildren(...rows.flatMap(([term, value]) => [element("dt", term), element("dd", value)]));
+  /**
+   * @param {import("./image/compare.js").Difference | null} difference
+   * @param {(HTMLCanvasElement | null)[]} layers A and B as displayed
+   */
+  showCompare(difference, layers) {
+    const nothing = "To compare, keep the current image as B, then change something.";
+    const second = this.nameB ? `A is ${this.nameA}, B is ${this.nameB}.` : "B is the second frame.";
+    const text = this.frameB ? second : this.taken ? "B is the image that was kept." : nothing;
+    this.compare.show({ has: Boolean(this.frameB || this.taken), mode: this.mode, text, difference, layers });
   }
 
   /** @param {string} mode */
   setMode(mode) {
-    this.mode = /** @type {any} */ (mode);
+    this.mode = mode;
     this.picture.layers.flipped = mode === "flip";
+    clearInterval(this.blinking);
+    if (mode === "blink") this.blinking = setInterval(() => this.picture.show({ flipped: !this.picture.layers.flipped }), BLINK_TIME);
     this.repaint();
     this.describe();
   }
 
   nextMode() {
-    if (!this.frameB && !this.taken) return this.say("There is no B: take this picture as B with the key B.", "notice");
+    if (!this.frameB && !this.taken) return this.say("Nothing to compare with: press B to keep this image as B.", "notice");
     const enabled = [...byId("compare-mode", HTMLSelectElement).options].filter((option) => !option.disabled);
     const at = enabled.findIndex((option) => option.value === this.mode);
     this.setMode(enabled[(at + 1) % enabled.length].value);
@@ -209,10 +222,19 @@ export class Client {
 
   takeB() {
     if (!this.picture.layers.a) return;
+    this.takesNext = !this.plane && this.transport.live;
+    if (this.takesNext) return this.wantPlanes();
     this.taken = { plane: this.plane, layer: this.picture.layers.a };
     this.frameB = null;
-    this.say("This picture is B now.", "notice");
+    this.say("This image is B now.", "notice");
     this.repaint();
+  }
+
+  /** Requests the numbers of colors, which magnified pixels and comparisons show. */
+  wantPlanes() {
+    if (this.wantsPlanes || this.plane) return;
+    this.wantsPlanes = true;
+    this.transport.send({ type: "planes", wanted: true });
   }
 
   /** @param {number} share */
@@ -248,7 +270,7 @@ export class Client {
     this.held = pixel;
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
-    for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
+    for (const id of ["copy", "explain", "measure", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
     if (!pixel) this.forgetValues();
     this.probe();
   }
@@ -297,15 +319,15 @@ export class Client {
     if (!this.known) return;
     try {
       await navigator.clipboard.writeText(readoutText(this.known.pixel, this.known.values));
-      this.say("The values are in the clipboard.", "notice");
+      this.say("Copied the values.", "notice");
     } catch {
-      this.say("The browser keeps its clipboard closed to this page.", "error");
+      this.say("Nothing was copied: the browser blocks the clipboard. Allow clipboard access for this page and try again.", "error");
     }
   }
 
   /** @param {Pixel | null} pixel */
   explain(pixel = this.held) {
-    if (!pixel) return this.say("Hold a pixel first: click it.", "notice");
+    if (!pixel) return this.say("Hold a pixel first: click the image.", "notice");
     if (pixel !== this.held) this.hold(pixel);
     this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
     this.probe();
@@ -328,6 +350,7 @@ export class Client {
   showZoom() {
     const percent = 100 * this.picture.zoom * this.picture.ratio;
     const hasPicture = Boolean(byId("status-picture", HTMLElement).textContent);
+    if (this.transport.live && hasPicture && this.picture.zoom >= VALUES_ZOOM) this.wantPlanes();
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
@@ -335,7 +358,7 @@ export class Client {
   describe() {
     const compare = this.mode === "off" ? "" : `, comparing by ${this.mode}`;
     const shown = this.plane ? ` (${styleOf(this.plane).kind})` : "";
-    const text = `Picture of ${this.picture.width} by ${this.picture.height} pixels, channel ${this.channel}${shown}${compare}.`;
+    const text = `Image of ${this.picture.width} by ${this.picture.height} pixels, channel ${this.channel}${shown}${compare}.`;
     this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds one, question mark lists the keys.`);
   }
 

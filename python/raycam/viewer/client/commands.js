@@ -2,6 +2,7 @@
 
 import { byId, element } from "./dom.js";
 import { KEYS, commandOf, keyLabel } from "./keys.js";
+import { Palette } from "./palette.js";
 import { listenToPointers } from "./pointer.js";
 
 /** @typedef {import("./client.js").Client} Client */
@@ -52,6 +53,10 @@ function commandsOf(client) {
       const hidden = document.body.classList.toggle("no-panel");
       byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
     },
+    tree: () => {
+      const hidden = document.body.classList.toggle("no-tree");
+      byId("tree-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
+    },
     help: () => byId("help", HTMLDialogElement).showModal(),
     leave: () => {
       client.unsay();
@@ -69,10 +74,15 @@ function commandsOf(client) {
  */
 export function bindCommands(client, live) {
   const { picture } = client;
-  const commands = { ...commandsOf(client), ...live.commands };
+  const palette = new Palette(() => entriesOf(client, perform));
+  const commands = {
+    ...commandsOf(client),
+    ...live.commands,
+    palette: () => palette.open(),
+  };
   const perform = (/** @type {string} */ command) => {
     const [name, ...words] = command.split(" ");
-    commands[name](...words);
+    /** @type {Record<string, (...words: string[]) => void>} */ (commands)[name](...words);
   };
   document.addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]")) return;
@@ -82,7 +92,7 @@ export function bindCommands(client, live) {
     perform(command);
   });
   for (const [id, command] of [
-    ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["help-button", "help"],
+    ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["tree-button", "tree"], ["palette-button", "palette"], ["help-button", "help"],
     ["copy", "copy"], ["explain", "explain"], ["leave", "leave"], ["take-b", "take-b"],
   ]) {
     byId(id, HTMLButtonElement).addEventListener("click", () => perform(command));
@@ -113,8 +123,39 @@ export function bindCommands(client, live) {
     dragGrabbed: (at) => client.divideAt(at),
     ...live.pointers,
   }, self !== top);
+  if (matchMedia("(max-width: 760px)").matches) {
+    perform("panel");
+    if (client.transport.live) perform("tree");
+  }
   byId("mouse-help", HTMLElement).textContent = live.mouse;
   fillKeys(client.transport.live, perform);
+}
+
+/**
+ * The entries of the command palette: the commands with keys, the channels, and the buttons of the panel.
+ * @param {Client} client
+ * @param {(command: string) => void} perform
+ * @returns {import("./palette.js").PaletteEntry[]}
+ */
+function entriesOf(client, perform) {
+  const { live } = client.transport;
+  const rows = KEYS.filter((row) => (live || !row.live) && row.command !== "palette" && !row.command.startsWith("channel "));
+  const commands = rows.map(({ keys, command, does }) => ({ text: does, key: keyLabel(keys[0], null), act: () => perform(command) }));
+  const channels = client.channels.map((name) => {
+    const key = KEYS.find(({ command }) => command === `channel ${name}`)?.keys[0] || "";
+    return { text: `channel ${name}`, key, act: () => client.setChannel(name) };
+  });
+  const cameras = [...byId("camera", HTMLSelectElement).options].filter(({ value }) => value).map(({ value }) => ({
+    text: `look through camera ${value}`, key: "", act: () => perform(`look-through-camera ${value}`),
+  }));
+  const buttons = [...document.querySelectorAll("#panel .group[id] ~ .group button, #panel .group button")].flatMap((each) => {
+    const button = /** @type {HTMLButtonElement} */ (each);
+    const group = button.closest(".group");
+    if (button.disabled || button.hidden || !group || /** @type {HTMLElement} */ (group).hidden) return [];
+    const title = group.querySelector("h2")?.textContent || "";
+    return [{ text: `${title}: ${button.getAttribute("aria-label") || button.textContent}`, key: "", act: () => button.click() }];
+  });
+  return [...commands, ...channels, ...(live ? cameras : []), ...buttons];
 }
 
 /**

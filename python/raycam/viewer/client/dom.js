@@ -28,6 +28,31 @@ export function element(tag, text = "", attributes = {}) {
 }
 
 /**
+ * A new SVG element; the page has one already, whose name space it takes.
+ * @param {string} tag
+ * @param {Record<string, string | number>} [attributes]
+ * @param {string} [text]
+ * @returns {SVGElement}
+ */
+export function svgElement(tag, attributes = {}, text = "") {
+  const made = /** @type {SVGElement} */ (document.createElementNS(document.querySelector("svg")?.namespaceURI || null, tag));
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  if (text) made.textContent = text;
+  return made;
+}
+
+/**
+ * An icon of 16 x 16 units.
+ * @param {string} path
+ * @returns {SVGElement}
+ */
+export function icon(path) {
+  const svg = svgElement("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
+  svg.append(svgElement("path", { d: path }));
+  return svg;
+}
+
+/**
  * Fills a select with options.
  * @param {HTMLSelectElement} select
  * @param {[value: string, text: string][]} options

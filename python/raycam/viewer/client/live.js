@@ -1,11 +1,15 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
-import { grouped } from "./image/numbers.js";
+import { lengthOf, minus } from "./core/vectors.js";
+import { grouped, sixDigits } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
+import { Axes } from "./panel/axes.js";
+import { LookControls } from "./panel/look.js";
 import { PoseControls } from "./panel/pose.js";
+import { ScriptControls } from "./panel/script.js";
 import { Timeline } from "./panel/timeline.js";
 import { WorldControls } from "./panel/world.js";
 
@@ -13,9 +17,9 @@ import { WorldControls } from "./panel/world.js";
 /** @typedef {import("./pointer.js").Point} Point */
 
 export const LIVE_MOUSE =
-  "Drag orbits, Shift and drag or the right button pans, the wheel comes nearer to the point under the cursor. A double " +
-  "click sets the point that drags turn around. Ctrl and wheel magnifies the pixels. A click holds a pixel, Alt and " +
-  "click or a long press explains it. On a touch screen two fingers come nearer and pan.";
+  "Drag to orbit; Shift and drag, or drag with the right button, to pan. The wheel moves the camera towards the point " +
+  "under the cursor; Ctrl and wheel magnify the pixels. Double-click to set the pivot of the orbit. Click to hold a " +
+  "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const PAN_PIXELS = 24; // pixels of the picture
@@ -31,8 +35,8 @@ const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
 /** Ways to move, in the order of the key N, and what is said of them. */
 const WAYS = /** @type {Record<string, string>} */ ({
   orbit: "Orbit: drag turns around the pivot.",
-  fly: "Fly: W A S D move, E and Q rise and sink, drag looks around, Shift is fast, the wheel changes the speed.",
-  walk: "Walk: W A S D go along the ground, E and Q change the height of the eyes, drag looks around, Shift is fast, the wheel changes the speed.",
+  fly: "Fly: W, A, S and D move the camera, E and Q raise and lower it. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
+  walk: "Walk: W, A, S and D move along the ground, E and Q raise and lower the camera. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
 });
 
 export class LiveView {
@@ -46,8 +50,16 @@ export class LiveView {
     /** Types of the files that the server opens; null if it opens none. @type {import("./files.js").FileTypes | null} */
     this.opens = null;
     this.world = new WorldControls(client);
+    this.world.lookThrough = (name) => this.lookThrough(name);
+    this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
+    /** The point and the pixel that a distance is measured from. @type {{ point: number[], column: number, row: number } | null} */
+    this.measured = null;
+    byId("measure", HTMLButtonElement).addEventListener("click", () => this.measure());
+    this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
+    this.axes = new Axes((side) => this.viewFrom(side));
     this.navigator = new Navigator((message) => client.transport.send(message));
     this.navigator.onMove = () => this.moved();
+    this.navigator.onCamera = (camera) => this.axes.show(camera);
     this.way = "orbit";
     this.speed = 1;
     this.fast = false;
@@ -99,6 +111,12 @@ export class LiveView {
     if (message.type === "welcome") this.timeline.welcome(message);
     if (message.type === "welcome") this.opens = message.opens || null;
     if (message.type === "welcome") this.begin(message);
+    if (message.type === "welcome" && message.look) this.look.begin(message.look);
+    if (message.type === "welcome") this.world.tree.show({ cameras: message.cameras });
+    if (message.type === "look") {
+      this.look.show(message.look);
+      this.client.showAbout(/** @type {any} */ (message));
+    }
     if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "welcome") this.navigator.welcome(message.camera);
     if (message.type === "welcome") this.showCamera(message.camera);
@@ -109,8 +127,10 @@ export class LiveView {
     if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture") this.timeline.next();
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
+    if (message.type === "values" && this.client.held) this.measureTo(message);
+    if (message.type === "controls") this.script.show(message.controls);
     if (message.type === "contents") this.world.show(message);
-    if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
+    if (message.type === "values" && this.client.held) this.world.pick(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "filming") this.showFilming(message);
     if (message.type === "status") byId("status-connection", HTMLElement).textContent = message.text;
@@ -144,7 +164,7 @@ export class LiveView {
   showFilming({ done, total }) {
     const stop = byId("film-stop", HTMLButtonElement);
     stop.hidden = !total;
-    stop.textContent = `Stop the film: ${done} of ${total}`;
+    stop.textContent = `Stop the video: frame ${done} of ${total}`;
     for (const id of ["film", "film-time"]) byId(id, HTMLButtonElement).disabled = total > 0;
   }
 
@@ -152,7 +172,7 @@ export class LiveView {
   showStatus({ samples, ms, moving, integrator, rate, change }) {
     const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
     if (!moving) {
-      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % since ${change.since}` : "";
+      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
       byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
     }
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
@@ -166,7 +186,7 @@ export class LiveView {
     this.waiting = setInterval(() => {
       seconds += 1;
       if (seconds !== LATE && seconds % REMIND) return;
-      byId("status", HTMLElement).textContent = `the next picture is being made, ${seconds} s`;
+      byId("status", HTMLElement).textContent = `rendering the next image, ${seconds} s`;
     }, 1000);
   }
 
@@ -174,7 +194,7 @@ export class LiveView {
   async copied(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.client.say("It is in the clipboard.", "notice", true);
+      this.client.say("Copied to the clipboard.", "notice", true);
     } catch {
       this.client.say(text, "notice", true);
     }
@@ -208,6 +228,34 @@ export class LiveView {
   moved() {
     this.camera.value = "";
     if (this.client.held) this.client.hold(null);
+  }
+
+  /** Starts to measure the distance from the held pixel. */
+  measure() {
+    const { known, held } = this.client;
+    const point = known?.values.position?.numbers;
+    if (!held || !point?.every(Number.isFinite)) return this.client.say("Measure: hold a pixel that shows an object first.", "notice");
+    this.measured = { point, ...held };
+    this.client.say("Click the second point.", "notice");
+  }
+
+  /** @param {import("./client.js").Message} values of the held pixel */
+  measureTo({ u, v, values }) {
+    if (!this.measured || (u === this.measured.column && v === this.measured.row)) return;
+    const end = values.position?.numbers;
+    if (!end?.every(Number.isFinite)) return this.client.say("Measure: this pixel shows no object; click another one.", "notice");
+    const { point, column, row } = this.measured;
+    this.measured = null;
+    const box = byId("distance", HTMLElement);
+    box.hidden = false;
+    box.textContent = `Distance from ${column}, ${row} to ${u}, ${v}: ${sixDigits(lengthOf(minus(end, point)), "float64")} m`;
+  }
+
+  /** Views the whole world from a side. @param {string} name */
+  viewFrom(name) {
+    this.client.picture.fit();
+    this.moved();
+    this.client.transport.send({ type: "side", seq: ++this.navigator.seq, name: /** @type {any} */ (name) });
   }
 
   /** @param {string} name */
@@ -282,6 +330,8 @@ export class LiveView {
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
       },
+      "look-through-camera": (...words) => this.lookThrough(words.join(" ")),
+      side: (name) => this.viewFrom(name),
       "camera-step": (step) => this.stepCamera(Number(step)),
       "look-through": () => {
         if (this.camera.value) this.lookThrough("");

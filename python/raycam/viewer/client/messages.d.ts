@@ -69,6 +69,24 @@ export interface Variant {
   name: string;
 }
 
+/** Views the whole world from a side, with the camera's lens. */
+export interface FromSide {
+  type: "side";
+  seq: number;
+  name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
+}
+
+/** Sets the light, the ground and the background. Angles are in degrees; an empty background is the light's own. */
+export interface Look {
+  type: "look";
+  light: "own" | "default" | "studio" | "sun" | "sky";
+  rotation: number;
+  azimuth: number;
+  elevation: number;
+  ground: "auto" | "none" | "plain" | "shadow";
+  background: string;
+}
+
 /** Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model. */
 export interface Lens {
   type: "lens";
@@ -101,15 +119,15 @@ export interface Edit {
   type: "edit";
   kind: "object" | "light";
   number: number;
-  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength";
+  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate";
   value: boolean | number | string | number[];
 }
 
-/** Selects an object, and the tool whose handles it shows. */
+/** Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool. */
 export interface Select {
   type: "select";
   number: number;
-  tool: "none" | "move" | "turn" | "scale";
+  tool: "none" | "outline" | "move" | "turn" | "scale";
 }
 
 /** A drag of a handle between two places of the image; a stroke's messages are one undo step. */
@@ -223,6 +241,19 @@ export interface Acknowledge {
   picture: number;
 }
 
+/** Reports a new value of a control that the script added; the value of a button is ignored. */
+export interface Control {
+  type: "control";
+  id: number;
+  value: boolean | number | string;
+}
+
+/** Chooses whether still images of light are sent as numbers, to read or compare them, or as compressed images. */
+export interface Planes {
+  type: "planes";
+  wanted: boolean;
+}
+
 /** Reports whether the page is visible; hidden pages receive no images. */
 export interface Visible {
   type: "visible";
@@ -240,6 +271,8 @@ export type ClientMessage =
   | LookThrough
   | Time
   | Variant
+  | FromSide
+  | Look
   | Lens
   | Pose
   | Overlay
@@ -262,4 +295,6 @@ export type ClientMessage =
   | Open
   | Copy
   | Acknowledge
+  | Control
+  | Planes
   | Visible;

@@ -27,6 +27,8 @@ export class Navigator {
     this.steps = null;
     /** Called when the camera moved. */
     this.onMove = () => {};
+    /** Called with each new camera. @type {(camera: CameraState) => void} */
+    this.onCamera = () => {};
   }
 
   /**
@@ -47,6 +49,7 @@ export class Navigator {
   receive(state) {
     if (state.seq < this.seq) return;
     this.camera = state;
+    this.onCamera(state);
   }
 
   /** @param {{ id: number }} answer */
@@ -70,6 +73,7 @@ export class Navigator {
   go(camera) {
     if (!camera || ![...camera.R, ...camera.C, ...camera.K].every(Number.isFinite)) return;
     this.camera = camera;
+    this.onCamera(camera);
     const { R, C, K, pivot } = camera;
     this.send({ type: "move", seq: ++this.seq, R, C, fx: K[0], pivot });
     this.onMove();

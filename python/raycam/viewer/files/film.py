@@ -66,6 +66,8 @@ def filmed(
                     samples=SAMPLES,
                     channels=["color"],
                     frame=i,
+                    **view.render_options,
+                    **view.look.behind,
                     threads=session.images.threads,
                 )
                 add(i, frame.to_srgb8(view.exposure, view.transform))
@@ -77,9 +79,14 @@ def filmed(
 
 def _turn(view: View, degrees: float, count: int) -> Shots:
     """The images of a turn around the pivot."""
-    return lambda i: (view.world, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
+    return lambda i: (view.lit, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
 
 
 def _movement(view: View, fps: float) -> Shots:
     """The images of the world as it moves."""
-    return lambda i: view.moment(min(i / fps, view.seconds))
+
+    def shot(i: int) -> tuple[World, Camera]:
+        world, camera = view.moment(min(i / fps, view.seconds))
+        return view.look.light_up(world, world, camera), camera
+
+    return shot

@@ -8,7 +8,7 @@ from ...render.frame import Frame
 from ..page import page
 from ..scene.world_file import world_file
 from ..session import Session
-from ..stills import truth
+from ..stills import shares, truth
 from .film import filmed
 
 __all__ = ["film", "snapshot"]
@@ -39,6 +39,8 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         raise SettingsError("the picture has no samples yet: try again when it rests")
     channels = dict(still)
     if format != "png":
+        if "alpha" not in channels:
+            channels |= dict(shares(view.world, view.still_camera))
         channels |= dict(truth(view.world, view.still_camera))
     frame = Frame(
         channels,

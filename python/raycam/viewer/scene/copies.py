@@ -34,22 +34,27 @@ def camera_table(camera: Camera) -> str:
     return "\n".join(["[camera]", *lines])
 
 
-def render_command(file: Path | str, camera: Camera | str, options: Mapping[str, Any]) -> str:
+def render_command(file: Path | str, camera: Camera | str | None, options: Mapping[str, Any]) -> str:
     """The lines of a shell that render a picture of `file` through a camera: a name, or one that is written first.
 
-    `options` are those of `raycam render` by name, those that are None left out. A file below the folder of this
+    `options` are those of `raycam render` by name; None is omitted, True is an option without a value. Without a
+    camera, `raycam render` frames the world. A file below the folder of this
     process is named from there, where the view was begun.
     """
     if isinstance(file, Path):
         below = os.path.relpath(file) if file.drive == Path.cwd().drive else ".."
         file = str(file) if below.startswith("..") else below
     first, name = "", camera
-    if not isinstance(camera, str):
+    if isinstance(camera, Camera):
         first, name = f"cat > camera.toml <<'EOF'\n{camera_table(camera)}\nEOF\n", "camera.toml"
     given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
         # Written as one word where a value begins with a minus, which would be taken for an option.
-        pair = [f"--{name}={value}"] if str(value).startswith("-") else [f"--{name}", str(value)]
-        words += [] if value is None else pair
+        if isinstance(value, tuple):
+            words += [f"--{name}", *map(str, value)]
+        elif value is True:
+            words.append(f"--{name}")
+        elif value is not None:
+            words += [f"--{name}={value}"] if str(value).startswith("-") else [f"--{name}", str(value)]
     return first + shlex.join(words)

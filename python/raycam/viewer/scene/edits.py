@@ -21,7 +21,7 @@ from ...world.keys import STRENGTH_KEYS
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
 
-__all__ = ["Edits", "edited", "material"]
+__all__ = ["Edits", "edited", "is_animated", "material"]
 
 MOST_STEPS = 100
 """Steps that can be undone."""
@@ -68,6 +68,8 @@ class Edits:
         """Places an object; places of the same stroke are one step of undo. Raises `WorldError`."""
         if not self.allowed:
             raise SettingsError(LOOKING)
+        if stroke != self._stroke:
+            _require_placeable(self.world, number)
         changed = self.world.copy()
         changed.set_object(number, matrix=matrix)
         if stroke == self._stroke:
@@ -126,9 +128,11 @@ def _light_name(number: int, light: dict[str, Any]) -> str:
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     """A copy of a world with an object or a light changed.
 
-    Of objects: `visible` (bool), `color` (text), `roughness` and `metallic` (0 to 1), `emission` (W/(m² sr)), `move`
-    (metres [3]), `turn` (degrees about up) and `scale` (a factor), around the middle of its mesh. Of lights: `strength`
-    (a factor). Raises `WorldError` and `SettingsError`.
+    Of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness` and
+    `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a factor),
+    around the middle of its mesh. A change of roughness or metallic makes each material of the object principled; the
+    materials keep their colours and textures. Of lights: `strength` (a factor). Raises `WorldError`, for example if an
+    animation moves the object, and `SettingsError`.
     """
     changed = world.copy()
     if kind == "light":
@@ -141,13 +145,19 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
         raise WorldError("there is no object of this number", code="index_out_of_range")
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
+    elif key == "isolate" and isinstance(value, bool):
+        for other in range(world._core.object_count):
+            changed.set_object(other, visible=other == number or not value)
     elif key == "color" and isinstance(value, str):
         changed.set_object(number, color=value)
     elif key in ("roughness", "metallic"):
-        changed.set_object(number, material={**_principled(world, number), key: _within(key, value, 1.0)})
+        is_principled = material(world, number).get("model") == "principled"
+        own = {} if is_principled else {"type": "principled"}
+        changed.set_object(number, material={**own, key: _within(key, value, 1.0)})
     elif key == "emission":
         changed.set_object(number, emission=[_within(key, value, 1e6)] * 3)
     elif key in ("move", "turn", "scale"):
+        _require_placeable(world, number)
         changed.set_object(number, matrix=_placed(world, number, key, value))
     else:
         raise SettingsError(f"objects have no {key} of this type", code="unknown_key")
@@ -172,17 +182,25 @@ def material(world: World, number: int) -> dict[str, Any]:
     }
 
 
-def _principled(world: World, number: int) -> dict[str, Any]:
-    """The keys that make an object's material principled, where it is not; it keeps its colour."""
-    before = material(world, number)
-    if not before or before["model"] == "principled":
-        return {}
-    if before["textured"]:
+def is_animated(world: World, number: int) -> bool:
+    """True if a video or an animation places the object, so that another place has no effect."""
+    if world.video is None and not world.animations:
+        return False
+    moved, step = world.copy(), np.eye(4)
+    step[:3, 3] = 1.0
+    moved.set_object(number, matrix=step @ matrix_of_object(world, number))
+    before, after = (matrix_of_object(each.at(0.0), number) for each in (world, moved))
+    return bool(np.array_equal(before, after))
+
+
+def _require_placeable(world: World, number: int) -> None:
+    """Raises `WorldError` if an animation moves the object."""
+    if number < world._core.object_count and is_animated(world, number):
+        name = names_of_objects(world)[number] or str(number)
         raise WorldError(
-            "this object's material has a texture and no roughness: a new material would lose the texture",
+            f"object {name}: cannot be moved here, because an animation of the file moves it",
             code="conflicting_values",
         )
-    return {"type": "principled", "color": before["linear"]}
 
 
 def _within(key: str, value: Any, most: float) -> float:

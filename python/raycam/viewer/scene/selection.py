@@ -11,10 +11,15 @@ from ...camera import Camera
 from ...world import World
 from ..client_messages import Gizmo
 from .contents import matrix_of_object, names_of_objects, visibilities
-from .edits import Edits, material
+from .edits import Edits, is_animated, material
 from .gizmo import dragged, handles, middle_of
+from .overlay import polylines
 
 __all__ = ["Selection"]
+
+OUTLINE_COLOR = "#ff9f1a"
+OUTLINE_PIECES = 8
+"""Pieces of an outline's edge, which is curved in the image of a lens with distortion."""
 
 
 class Selection:
@@ -48,17 +53,47 @@ class Selection:
             said["name"] = names_of_objects(self.world)[self.number]
             said["visible"] = visibilities(self.world)[self.number]
             said["material"] = material(self.world, self.number)
+            said["animated"] = is_animated(self.world, self.number)
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
-        """The gizmo over a picture of `camera`, on the object where it is in `world`."""
-        if self.tool == "none" or not self._edits.allowed or not self.is_there():
+        """The outline and the gizmo of the object, where it is in `world`, as lines over an image of `camera`."""
+        if self.tool == "none" or not self.is_there():
             return []
-        return handles(matrix_of_object(world, self.number), self._middle(), camera, self.tool)
+        if self.tool == "outline":
+            return self._outline(world, camera)
+        if not self._edits.allowed or is_animated(self.world, self.number):
+            return []
+        return self._outline(world, camera) + handles(
+            matrix_of_object(world, self.number), self._middle(), camera, self.tool
+        )
+
+    def _outline(self, world: World, camera: Camera) -> list[dict[str, Any]]:
+        """The edges of the object's bounds."""
+        if not visibilities(world)[self.number]:
+            return []
+        corners = world.triangles(self.number).reshape(-1, 3)
+        corners = corners[np.isfinite(corners).all(axis=1)]
+        if not len(corners):
+            return []
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        share = np.linspace(0, 1, OUTLINE_PIECES + 1)[:, None]
+        edges = []
+        for axis in range(3):
+            for corner in range(4):
+                begin = low.copy()
+                for bit, other in enumerate(each for each in range(3) if each != axis):
+                    if corner >> bit & 1:
+                        begin[other] = high[other]
+                end = begin.copy()
+                end[axis] = high[axis]
+                edges.append(begin + share * (end - begin))
+        lines = polylines(edges, camera)
+        return [{"name": "", "color": OUTLINE_COLOR, "thin": True, "lines": lines}] if lines else []
 
     def drag(self, camera: Camera, message: Gizmo, session: str) -> None:
         """Moves, turns or scales the object as a drag of a handle requires. Raises `WorldError`."""
-        if self.tool == "none" or not self.is_there():
+        if self.tool in ("none", "outline") or not self.is_there():
             return
         stroke = (session, message.stroke)
         if stroke != self._stroke[0]:

@@ -3,7 +3,7 @@
 from .connection import Connection
 from .images import DEFAULT_SAMPLES, Images
 from .session import Session
-from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of
+from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
 
 __all__ = [
     "DEFAULT_SAMPLES",
@@ -15,4 +15,5 @@ __all__ = [
     "View",
     "lens_of",
     "pose_of",
+    "world_at",
 ]

@@ -23,6 +23,8 @@ class Connection:
         """The session's id, with which a client resumes it."""
         self.film_stop = threading.Event()
         """Set to stop the video that is being rendered."""
+        self.wants_planes = False
+        """True if the client reads the numbers of still images; otherwise they are sent as compressed images."""
         self._send: Send | None = None
         self._visible = True
         self._sent = 0
@@ -32,6 +34,7 @@ class Connection:
         """Sends messages by `send` from now on."""
         self._send = send
         self._sent = self._acknowledged = 0
+        self.wants_planes = False
 
     def close(self) -> None:
         """Drops the client; messages go nowhere until `open`."""

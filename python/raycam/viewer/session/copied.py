@@ -8,6 +8,7 @@ import numpy as np
 
 from ...camera import Camera
 from ..scene.copies import FILES, camera_table, camera_text, render_command
+from ..scene.look import SKY_IMAGE
 from .view import View
 
 __all__ = ["copied"]
@@ -35,10 +36,14 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
     opened = view.opened
     if view.base is not opened.edits.opened:
         notify(
-            "The command uses the file without the edits made here. Save TOML or Save GLB writes a file with them."
+            "The command renders the file without your edits. To include them, save the world as TOML or GLB and "
+            "render that file."
         )
     if opened.source is None:
-        notify("This world was not loaded from a file: replace the first word after render by a file name.")
+        notify(
+            "This world was not loaded from a file: save it as TOML or GLB, and replace the first word after "
+            "render with the name of that file."
+        )
     settings = view.base.render_settings
     name = "" if view.camera_name in opened.added else view.camera_name
     width, height = view.size
@@ -51,8 +56,33 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
         "variant": view.variant or None,
         "exposure": view.exposure if view.exposure != settings.get("exposure", 0.0) else None,
         "view": view.transform if view.transform != settings.get("view", "standard") else None,
+        **_look_options(view, notify),
     }
-    return render_command(opened.source or opened.title, name or _camera_at_start(view, notify), options)
+    camera: Camera | str | None = name or _camera_at_start(view, notify)
+    if view.shape == "home":
+        camera = None
+        options |= {
+            "view-from" if key == "direction" else key: value for key, value in opened.framing.items()
+        }
+    return render_command(opened.source or opened.title, camera, options)
+
+
+def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object]:
+    """The options of `raycam render` for the look of a view."""
+    look = view.look
+    options: dict[str, object] = {"background": look.background, **view.render_options}
+    if look.light == "studio" and view.shape != "home":
+        options["studio"] = True
+        notify(
+            "The command arranges the studio's lights around this camera; the view keeps them where they are."
+        )
+    if look.light == "sun":
+        options["sun"] = look.sun
+    if look.light == "sky":
+        options |= {"hdri": look.image or SKY_IMAGE, "hdri-rotation": look.rotation or None}
+    if look.ground not in ("auto", "none"):
+        options["ground"] = True if look.ground == "plain" else look.ground
+    return {key.replace("_", "-"): value for key, value in options.items()}
 
 
 def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:
@@ -61,5 +91,7 @@ def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:
         return view.camera
     before = view.base.camera_at(view.camera, -view.time)
     if not np.allclose(view.base.camera_at(before, view.time).P, view.camera.P, rtol=1e-9, atol=1e-9):
-        notify(f"The video moves its camera: at {view.time:.6g} s the command shows what that camera sees.")
+        notify(
+            f"The video moves its camera: the command renders the view of the video's camera at {view.time:.6g} s."
+        )
     return before

@@ -33,6 +33,8 @@ class Images:
         self._samples = samples
         self._refinement: Refinement | None = None
         self._moved = -1
+        self.is_coarse = False
+        """True if the moving image is smaller than the still image, whose first samples take long."""
         self._shown: tuple[int, str] = (-1, "")
 
     def restart(self) -> None:
@@ -56,14 +58,23 @@ class Images:
         """The refinement of this version; a new one if necessary."""
         if self._refinement is None:
             self._refinement = refinement(
-                view.world,
+                view.shown,
                 view.still_camera,
                 view.integrator,
                 self.samples_of(view),
                 self.threads,
-                SAMPLED if view.channel == "error" else COLORS,
+                self._channels(view),
+                {**view.render_options, **view.look.behind},
+                view.look.first_samples,
             )
         return self._refinement
+
+    @staticmethod
+    def _channels(view: View) -> tuple[str, ...]:
+        """The channels of a still image; coverage and alpha of a world with a look are not those of its floor."""
+        if view.channel == "error":
+            return SAMPLED
+        return COLORS if view.shown is view.world else ("color",)
 
     @property
     def progress(self) -> Refinement | None:
@@ -82,9 +93,10 @@ class Images:
         """True if no image of this version was shown yet."""
         return self._moved != self.version
 
-    def mark_moved(self, version: int) -> None:
-        """Notes that a moving image of a version was sent."""
+    def mark_moved(self, version: int, *, is_coarse: bool = False) -> None:
+        """Notes that a moving image of a version was sent; a coarse one is followed by one of full size."""
         self._moved = version
+        self.is_coarse = is_coarse
 
     def is_shown(self, channel: str | None = None) -> bool:
         """True if a still image of this version was sent: of `channel`, or of any channel."""
@@ -93,6 +105,12 @@ class Images:
     def mark_shown(self, version: int, channel: str) -> None:
         """Notes that a still image of a version was sent."""
         self._shown = (version, channel)
+
+    def show_moving_again(self) -> None:
+        """Sends both the moving and the still image again: exposure or view transform changed."""
+        self._shown = (-1, "")
+        if self.still is None:
+            self._moved = -1
 
     def show_again(self) -> None:
         """Sends the still image again: the client chose another channel, or reconnected."""

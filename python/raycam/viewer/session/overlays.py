@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,8 +29,8 @@ class Overlays:
     explained: bool = True
     rays: tuple[Line, ...] = ()
 
-    def drawn(self, view: View) -> list[dict[str, Any]]:
-        """Names, colours and lines in pixels of the view's still image."""
+    def drawn(self, view: View, more: Sequence[Line] = ()) -> list[dict[str, Any]]:
+        """Names, colours and lines in pixels of the view's still image; `more` are the script's lines."""
         camera = view.still_camera
         lines = grid(view.bounds, camera) if self.grid else []
         if self.cameras:
@@ -38,7 +39,7 @@ class Overlays:
             lines += frusta({name: view.camera_of(name) for name in names}, camera, length)
         if self.explained:
             lines += [line for line in (_projected(each, camera) for each in self.rays) if line["lines"]]
-        return lines
+        return lines + [line for line in (_projected(each, camera) for each in more) if line["lines"]]
 
 
 def _projected(line: Line, camera: Camera) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,9 +18,11 @@ from ...notices import collected
 from ...world import World
 from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message
+from ..controls import Control, Controls
 from ..files.uploads import Uploads, file_types
 from ..probe import ground_below, locate
 from ..scene.edits import Edits
+from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
 from ..scene.selection import Selection
 from ..stills import SAMPLED, TRUTH
@@ -49,11 +51,14 @@ class Session:
         added: frozenset[str] = frozenset(),
         allows_open: bool = False,
         start: dict[str, Any] | None = None,
-        picked: Callable[[Session, int, int], None] = lambda session, u, v: None,
+        framing: Mapping[str, Any] | None = None,
+        look: Look | None = None,
+        controls: Controls | None = None,
+        picked: Callable[[Session, Control | tuple[int, int]], None] = lambda session, what: None,
     ) -> None:
         """Starts with `camera` (default: the world's default camera) and the values in `start`, see `View.start`.
 
-        `picked` is called for each clicked pixel. Raises `SettingsError` for unknown values.
+        `picked` is called for each clicked pixel and each changed control. Raises `SettingsError` for unknown values.
         """
         if size is not None and (size[0] > MAX_IMAGE_SIZE[0] or size[1] > MAX_IMAGE_SIZE[1]):
             raise SettingsError(
@@ -62,17 +67,19 @@ class Session:
                 code="out_of_range",
             )
         edits = world if isinstance(world, Edits) else Edits(world)
-        opened = Opened(edits, title, source, added, camera)
+        opened = Opened(edits, title, source, added, camera, framing or {}, size)
         self.connection = Connection()
         self.images = Images(samples, threads)
         self.uploads = Uploads()
         self.allows_open = allows_open
         self.lock = threading.Lock()
         """Held while the view and its version change together."""
-        self.view = View.start(opened, integrator=integrator, fixed_size=size, start=start)
+        self.view = View.start(opened, integrator=integrator, start=start, look=look)
         self.selection = Selection(edits)
         self.overlays = Overlays()
         self._picked = picked
+        self.controls = Controls() if controls is None else controls
+        self.controls.listen(self)
         self._changes = threading.RLock()
         self._last_move = 0
         self._outline: tuple[Any, ...] = ()
@@ -113,6 +120,15 @@ class Session:
         self._outline = self.view.outline()
         self.connection.send(self.welcome())
         self.connection.send(self.view.opened.edits.about())
+        self.connection.send(self.controls.message())
+
+    def show_controls(self) -> None:
+        """Sends the script's controls, and the lines over the image."""
+        self.connection.send(self.controls.message())
+        self.redraw()
+
+    def _change_control(self, message: messages.Control) -> None:
+        self._picked(self, self.controls.set_from_client(message.id, message.value))
 
     def welcome(self) -> dict[str, Any]:
         """The message `welcome`, which starts a session or announces another world."""
@@ -135,6 +151,8 @@ class Session:
         """The camera as text, and the notices of the world and the still image."""
         still = self.images.still
         notices = [*self.view.world.notices, *(() if still is None else still.notices)]
+        added = self.view.look.notice()
+        notices += [] if added is None else [added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def send_camera(self) -> None:
@@ -152,7 +170,7 @@ class Session:
         """Shows what another session shows, in this client's own size."""
         with self._changes:
             mine = self.view
-            self.show(replace(other.view, space=mine.space, fixed_size=mine.fixed_size))
+            self.show(other.view.with_space(mine.space))
 
     def open_upload(self, name: str) -> None:
         """Opens an uploaded file for this client. Raises `SettingsError` and the errors of `raycam.load`."""
@@ -160,9 +178,9 @@ class Session:
         with collected():
             world = self.uploads.open(name)
         edits = Edits(world, allowed=self.view.opened.edits.allowed)
-        view = View.start(Opened(edits, name), fixed_size=self.view.fixed_size)
+        view = View.start(Opened(edits, name, fixed_size=self.view.opened.fixed_size))
         with self._changes:
-            self.show(replace(view, space=self.view.space))
+            self.show(view.with_space(self.view.space))
 
     def _require_open(self) -> None:
         if not self.allows_open:
@@ -180,7 +198,7 @@ class Session:
             max(1, round(message.width * message.ratio)),
             max(1, round(message.height * message.ratio)),
         )
-        self.show(replace(self.view, space=space))
+        self.show(self.view.with_space(space))
 
     def _move(self, message: messages.Move) -> None:
         self._last_move = message.seq
@@ -221,7 +239,21 @@ class Session:
         self.show(replace(self.view, channel=message.name))
 
     def _set_display(self, message: messages.Display) -> None:
+        before = self.view.exposure, self.view.transform
         self.show(replace(self.view, exposure=float(message.exposure), transform=message.view))
+        if (
+            before != (message.exposure, message.view)
+            and self.view.channel == "color"
+            and not self.connection.wants_planes
+        ):
+            with self.lock:
+                self.images.show_moving_again()
+
+    def _send_planes(self, message: messages.Planes) -> None:
+        if message.wanted != self.connection.wants_planes:
+            self.connection.wants_planes = message.wanted
+            with self.lock:
+                self.images.show_again()
 
     def _set_overlay(self, message: messages.Overlay) -> None:
         count = len(self.view.base.cameras)
@@ -253,6 +285,28 @@ class Session:
     def _drag(self, message: messages.Gizmo) -> None:
         self.selection.drag(self.view.still_camera, message, self.connection.id)
 
+    def _set_look(self, message: messages.Look) -> None:
+        look = self.view.look.changed(
+            light=message.light,
+            rotation=float(message.rotation),
+            sun=(float(message.azimuth), float(message.elevation)),
+            ground=message.ground,
+            background=message.background or None,
+        )
+        self.show(replace(self.view, look=look))
+        self.connection.send({"type": "look", "look": look.describe(), **self.about()})
+
+    def set_camera(self, camera: Camera) -> None:
+        """Shows the view of a camera that the script chose, in the camera's own shape."""
+        with self._changes:
+            self.show(replace(self.view, camera=camera, camera_name="", shape="own"))
+            self.send_camera()
+
+    def _view_from(self, message: messages.FromSide) -> None:
+        self._last_move = message.seq
+        self.show(self.view.from_side(message.name))
+        self.send_camera()
+
     def _look_through(self, message: messages.LookThrough) -> None:
         self.show(self.view.through(message.name))
         self.send_camera()
@@ -270,6 +324,8 @@ class Session:
         messages.Locate: _locate,
         messages.Ground: _find_ground,
         messages.LookThrough: _look_through,
+        messages.Look: _set_look,
+        messages.FromSide: _view_from,
         messages.Channel: _choose_channel,
         messages.Display: _set_display,
         messages.Time: lambda self, message: self.show(self.view.at(message.t, message.animation)),
@@ -286,7 +342,9 @@ class Session:
         messages.Redo: lambda self, message: self.view.opened.edits.redo(),
         messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),
         messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
-        messages.Pick: lambda self, message: self._picked(self, message.u, message.v),
+        messages.Planes: _send_planes,
+        messages.Control: _change_control,
+        messages.Pick: lambda self, message: self._picked(self, (message.u, message.v)),
         messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
         messages.Stop: lambda self, message: self.connection.film_stop.set(),
     }
@@ -308,7 +366,8 @@ class Session:
 
     def overlay(self, view: View) -> list[dict[str, Any]]:
         """The lines over the still image of a view."""
-        return [*self.overlays.drawn(view), *self.selection.handles(view.world, view.still_camera)]
+        drawn = self.overlays.drawn(view, self.controls.lines())
+        return [*drawn, *self.selection.handles(view.world, view.still_camera)]
 
     # Answers ----------------------------------------------------------------------------------------------
 

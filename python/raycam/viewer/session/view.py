@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,12 +19,15 @@ from ...render.frame import VIEWS
 from ...world import World
 from ..scene.contents import names_of_objects
 from ..scene.edits import Edits
-from ..stills import COLORS, SAMPLED, TRUTH
+from ..scene.look import Look
+from ..stills import COLORS, LIT_CHANNELS, SAMPLED, TRUTH
 
-__all__ = ["MAX_STILL_SIZE", "Opened", "View", "lens_of", "pose_of"]
+__all__ = ["MAX_STILL_SIZE", "Opened", "View", "lens_of", "pose_of", "world_at"]
 
-MAX_STILL_SIZE = (1280, 960)
+MAX_STILL_SIZE = (2560, 1600)
 """The largest still image, in pixels, unless the script chooses a size."""
+FIRST_SPACE = (640, 480)
+"""The space for the image until the client reports its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +42,31 @@ class Opened:
     added: frozenset[str] = frozenset()
     """The names of cameras that the file does not contain."""
     camera: Camera | None = None
-    """The first camera; None for the world's default camera."""
+    """The first camera; None for the world's first camera, or one that frames the world."""
+    framing: Mapping[str, Any] = field(default_factory=dict)
+    """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
+    fixed_size: tuple[int, int] | None = None
+    """The space for images that the script chose, instead of the space in the client's window."""
 
-    def home(self, world: World) -> tuple[Camera, str]:
-        """The first camera of the view and its name; a camera without a name frames `world` as it is now."""
+    @property
+    def fills_window(self) -> bool:
+        """True if the first camera frames the world, and so has the shape of the window."""
         base = self.edits.world
+        return self.camera is None and base.bounds is not None and bool(self.framing or not base.cameras)
+
+    @property
+    def first_shape(self) -> Literal["own", "home"]:
+        """The shape of the first camera."""
+        return "home" if self.fills_window and self.fixed_size is None else "own"
+
+    def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
+        """The first camera of the view and its name; a camera without a name frames `world` as it is now.
+
+        `size` is the size of a camera that fills the window.
+        """
+        base = self.edits.world
+        if self.fills_window:
+            return world.view_from(size=size, **self.framing), ""
         camera = base.default_camera() if self.camera is None else self.camera
         for name, each in base.cameras.items():
             if each == camera:
@@ -73,10 +97,11 @@ class View:
     transform: str = "standard"
     """The view transform."""
     integrator: Literal["direct", "path"] = "direct"
+    look: Look = field(kw_only=True)
+    shape: Literal["own", "window", "home"] = "own"
+    """Whether the camera has its own shape or that of the window; "home" is a framing camera that was not moved."""
     space: tuple[int, int] = (640, 480)
     """The space for the image in the client's window, device pixels."""
-    fixed_size: tuple[int, int] | None = field(default=None)
-    """The space that the script chose instead."""
 
     @classmethod
     def start(
@@ -84,10 +109,12 @@ class View:
         opened: Opened,
         *,
         integrator: str | None = None,
-        fixed_size: tuple[int, int] | None = None,
         start: Mapping[str, Any] | None = None,
+        look: Look | None = None,
     ) -> View:
         """The first view of a world. `start` has any of `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
+
+        `look` is by default the look that `raycam render` chooses.
 
         Raises `SettingsError` for a value that the world does not have.
         """
@@ -101,7 +128,6 @@ class View:
             raise SettingsError(f"time {time:g} s is too late for this world: {lasts}", code="out_of_range")
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
-        chosen = integrator or settings.get("integrator", "direct")
         exposure = given.get("exposure", settings.get("exposure", 0.0))
         world = world_at(
             base,
@@ -109,7 +135,10 @@ class View:
             one_of("animation", animation, animations) if animation else "",
             variant and one_of("variant", variant, variants),
         )
-        camera, name = opened.home(world)
+        camera, name = opened.home(world, opened.fixed_size or FIRST_SPACE)
+        look = Look.choose(world, camera, is_framed=opened.fills_window) if look is None else look
+        settings = {**look.options, **settings}
+        chosen = integrator or settings.get("integrator", "direct")
         view = cls(
             opened=opened,
             world=world,
@@ -123,7 +152,8 @@ class View:
             exposure=float(real("exposure", exposure, -100, 100, what="a number of stops")),
             transform=one_of("view", given.get("view", settings.get("view", "standard")), VIEWS),
             integrator="path" if chosen == "path" else "direct",
-            fixed_size=fixed_size,
+            look=look,
+            shape=opened.first_shape,
         )
         return replace(view, camera=view.camera_of(name)) if name else view
 
@@ -152,28 +182,67 @@ class View:
     @property
     def size(self) -> tuple[int, int]:
         """The still image's size: the camera's sides, scaled to the available space."""
-        width, height = self.camera.size
-        space = self.fixed_size or (
-            min(self.space[0], MAX_STILL_SIZE[0]),
-            min(self.space[1], MAX_STILL_SIZE[1]),
+        if self.shape != "own":
+            return self.camera.size
+        return _fitted(
+            self.camera.size, self.opened.fixed_size or _fitted(self.space, MAX_STILL_SIZE, most=1.0)
         )
-        scale = min(space[0] / width, space[1] / height)
-        return max(1, round(width * scale)), max(1, round(height * scale))
 
     @cached_property
     def still_camera(self) -> Camera:
         """The camera of the still image."""
         return self.camera.resized(self.size)
 
+    @property
+    def lit(self) -> World:
+        """The world with the light and the ground of the look, which color images show."""
+        return self.look.light_up(self.world, self._opened_world, self.camera)
+
+    @property
+    def preview(self) -> World:
+        """The world of moving images: `lit`, in the studio with lights that need one sample per pixel."""
+        if self.channel not in LIT_CHANNELS:
+            return self.world
+        return self.look.light_up(self.world, self._opened_world, self.camera, preview=True)
+
+    @property
+    def _opened_world(self) -> World:
+        """The world before its edits, at the view's time."""
+        opened = self.opened.edits.opened
+        if self.base is opened:
+            return self.world
+        is_still = seconds_of(opened) == 0 or (self.time == 0 and not opened.animations)
+        return opened if is_still else world_at(opened, self.time, self.animation, "")
+
+    @property
+    def shown(self) -> World:
+        """The world of the chosen channel: `lit`, or without the look for ground truth."""
+        return self.lit if self.channel in LIT_CHANNELS else self.world
+
+    @property
+    def render_options(self) -> dict[str, Any]:
+        """The options of `render` that the look adds to the world's own."""
+        own = self.base.render_settings
+        return {
+            name: each for name, each in self.look.options.items() if name == "max_depth" and name not in own
+        }
+
     def renders_like(self, other: View) -> bool:
         """True if both views show the same image."""
         return (
             self.world is other.world
+            and self.look is other.look
+            and (self.lit is self.world or self._shows_light == other._shows_light)
             and self.camera == other.camera
             and self.size == other.size
             and self.integrator == other.integrator
             and (self.channel == "error") == (other.channel == "error")  # its samples are separate
         )
+
+    @property
+    def _shows_light(self) -> bool:
+        """False for the sampled channels of the world without its look."""
+        return self.channel not in COLORS[1:]
 
     def camera_of(self, name: str) -> Camera:
         """A camera of the world, where it is at the view's time."""
@@ -227,17 +296,50 @@ class View:
         if not name:
             return replace(self, camera_name="")
         one_of("camera", name, list(self.base.cameras), error=WorldError)
-        return replace(self, camera=self.camera_of(name), camera_name=name)
+        camera = self.camera_of(name)
+        return replace(self, camera=camera, camera_name=name, shape="own")
 
     def at_home(self) -> View:
         """The view through its first camera."""
-        camera, name = self.opened.home(self.world)
+        camera, name = self.opened.home(
+            self.world, self.opened.fixed_size or _fitted(self.space, MAX_STILL_SIZE, most=1.0)
+        )
         moved = replace(self, pivot=self.bounds.mean(axis=0))
-        return moved.through(name) if name else replace(moved, camera=camera, camera_name="")
+        if name:
+            return moved.through(name)
+        return replace(moved, camera=camera, camera_name="", shape=self.opened.first_shape)
+
+    def from_side(self, direction: str) -> View:
+        """The view of the whole world from a side, such as "front", "top" or "iso", with the camera's lens.
+
+        Raises `CameraError` if the lens cannot show the whole world.
+        """
+        if self.world.bounds is None:
+            raise WorldError("the world has no objects to view from a side", code="nothing_visible")
+        size = self.camera.size
+        if self.shape != "own":
+            fov = math.degrees(2 * math.atan(size[1] / (2 * float(self.camera.K[1, 1]))))
+            camera = self.world.view_from(direction, size=size, fov=fov)
+        else:
+            camera = self.world.view_from(direction, camera=self.camera)
+        return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0))
+
+    def with_space(self, space: tuple[int, int]) -> View:
+        """The view in another space of the client's window."""
+        view = replace(self, space=space)
+        if self.shape == "own":
+            return view
+        size = _fitted(space, MAX_STILL_SIZE, most=1.0)
+        if size == self.camera.size:
+            return view
+        if self.shape == "home":
+            return replace(view, camera=self.opened.home(self.world, size)[0])
+        return replace(view, camera=_reshaped(self.camera, size))
 
     def with_camera(self, camera: Camera) -> View:
         """The view through a free camera."""
-        return replace(self, camera=camera, camera_name="")
+        shape: Literal["own", "window"] = "own" if self.shape == "own" else "window"
+        return replace(self, camera=camera, camera_name="", shape=shape)
 
     def moved(self, R: Floats, C: Floats, fx: float, pivot: Floats) -> View:
         """The view from another pose, around another pivot. Parallel rays show objects of `fx` pixels per metre."""
@@ -299,6 +401,7 @@ class View:
             "animations": [each.name for each in base.animations],
             "variants": base.variants,
             "variant": self.variant,
+            "look": self.look.describe(),
         }
 
     def about(self) -> str:
@@ -334,6 +437,24 @@ class View:
             "bounds": self.bounds.tolist(),
             "pivot": self.pivot.tolist(),
         }
+
+
+def _fitted(size: tuple[int, int], space: tuple[int, int], most: float = math.inf) -> tuple[int, int]:
+    """A size of the same shape that fits into a space, enlarged at most by the factor `most`."""
+    scale = min(space[0] / size[0], space[1] / size[1], most)
+    return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
+
+
+def _reshaped(camera: Camera, size: tuple[int, int]) -> Camera:
+    """The camera with another size, the same vertical field of view, and its principal point scaled."""
+    scale = size[1] / camera.size[1]
+    K = camera.K.copy()
+    K[0, :2] *= scale
+    K[1, 1] *= scale
+    for axis in (0, 1):
+        middle = camera.size[axis] / 2 + camera.corner
+        K[axis, 2] = size[axis] / 2 + camera.corner + (camera.K[axis, 2] - middle) * scale
+    return camera.replace(K=K, size=size)
 
 
 def bounds_of(world: World) -> Floats:

@@ -153,7 +153,7 @@ fn what_the_header_asks_for_in_vain_is_said() {
         };
         let (key, value) = line.split_once('=').unwrap();
         assert_eq!(notice.code, NoticeCode::IgnoredColorProfile);
-        assert!(notice.message.contains(key) && notice.message.contains(value), "{notice}");
+        assert!(notice.to_string().contains(key) && notice.to_string().contains(value), "{notice}");
     }
     for line in ["COLORCORR=1 1 1", "PIXASPECT=1", "PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333"] {
         assert_eq!(notices(line), [], "{line}");

@@ -73,5 +73,5 @@ fn at_the_edges_what_is_beside_them_counts() {
 fn one_image_can_be_heights_and_something_else() {
     let both = model("map_Pr heights.png\nmap_Bump heights.png", |x, _| x);
     assert_eq!(both.textures.len(), 2);
-    assert!(both.notices.iter().any(|n| n.message.contains("a map of heights")));
+    assert!(both.notices.iter().any(|n| n.to_string().contains("a map of heights")));
 }

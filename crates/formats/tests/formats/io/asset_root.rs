@@ -136,7 +136,7 @@ fn names_in_a_mesh_start_from_its_own_folder() {
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
     // Asked for by itself, its own folder is the outermost.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
-    assert!(world.notices[0].message.contains("it leads out of the folder"), "{:?}", world.notices);
+    assert!(world.notices[0].to_string().contains("it leads out of the folder"), "{:?}", world.notices);
 }
 
 #[test]

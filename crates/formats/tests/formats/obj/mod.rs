@@ -99,7 +99,7 @@ fn parts_are_made_by_o_and_slots_by_usemtl() {
     // Each part has its own vertices alone.
     assert_eq!(model.parts[0].mesh.vertices.len(), 3);
     assert_eq!(model.parts[1].mesh.vertices[0].to_array(), [5.0; 3]);
-    assert!(model.notices.iter().any(|n| n.message.contains("red, blue")), "{:?}", model.notices);
+    assert!(model.notices.iter().any(|n| n.to_string().contains("red, blue")), "{:?}", model.notices);
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn vertex_colours_are_srgb() {
     assert_eq!((colors[0][0], colors[1], colors[2]), (1.0, [0.0; 3], [1.0; 3]));
     let model = read_model(&data("nancolor.obj"), &Budget::default()).unwrap();
     assert!(model.parts[0].mesh.vertex_colors.is_none());
-    assert!(model.notices[0].message.contains(":7: a vertex colour outside 0 to 1"), "{:?}", model.notices);
+    assert!(model.notices[0].to_string().contains(":7: a vertex colour outside 0 to 1"), "{:?}", model.notices);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn what_is_not_used_is_named_once() {
     let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
     assert_eq!(model.parts[0].mesh.triangles.len(), 12);
     assert!(
-        model.notices[0].message.contains("not used: l (lines) (line 15), p (points) (line 23)"),
+        model.notices[0].to_string().contains("not used: l (lines) (line 15), p (points) (line 23)"),
         "{:?}",
         model.notices
     );
@@ -219,7 +219,7 @@ fn faces_of_one_or_two_corners_are_skipped() {
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
-    assert!(long.notices[0].message.ends_with("skipped: 40000, the first in line 7"));
+    assert!(long.notices[0].to_string().ends_with("skipped: 40000, the first in line 7"));
 }
 
 #[test]
@@ -358,8 +358,9 @@ fn one_of_two_sources_of_colour_is_used() {
         std::fs::write(&path, format!("{head}{faces}")).unwrap();
         read_model(&path, &Budget::default()).unwrap()
     };
-    let told =
-        |model: &raycam_scene::MeshFile, words: &str| model.notices.iter().any(|notice| notice.message.contains(words));
+    let told = |model: &raycam_scene::MeshFile, words: &str| {
+        model.notices.iter().any(|notice| notice.to_string().contains(words))
+    };
     // Vertex colours before Kd, and Kd where there are none.
     let kd = read("o a\nusemtl kd\nf 1 2 3\no b\nusemtl kd\nf 4 5 6\n");
     assert!(told(&kd, "vertex colours are used in the place of Kd and Ks: 1 materials"), "{:?}", kd.notices);

@@ -60,7 +60,7 @@ fn what_programs_write_and_do_not_mean_is_taken_as_meant() {
         panic!("{:?}", model.notices);
     };
     assert_eq!(notice.code, NoticeCode::AssumedConvention, "{notice}");
-    assert!(notice.message.contains(":3: Tr is 1"), "{notice}");
+    assert!(notice.to_string().contains(":3: Tr is 1"), "{notice}");
     let found = notices("newmtl m 1\nmap_Kd -colorspace linear wood.png\n");
     assert!(found.contains("\"-colorspace linear\" is not applied"), "{found}");
 }
@@ -123,7 +123,7 @@ fn no_more_light_comes_back_than_falls_in() {
     let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
     let MaterialModel::Phong { specular, .. } = model.materials[0].model else { panic!() };
     assert_eq!(specular, [0.25, 0.5, 0.5]);
-    assert!(model.notices[0].message.contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
+    assert!(model.notices[0].to_string().contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
     // Illumination model 1 has no highlights.
     assert_eq!(notices("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\nillum 1\n"), "");
 }
@@ -195,7 +195,7 @@ fn opacity_has_an_image_of_its_own() {
     // One that is not there leaves the colours as they are.
     let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
     assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
-    assert!(model.notices[0].message.contains("no.png: No such file"));
+    assert!(model.notices[0].to_string().contains("no.png: No such file"));
 }
 
 #[test]
@@ -242,14 +242,14 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
         ("a.obj", "not an image that is known"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
-        assert!(model.notices[0].message.contains(expected), "{map}: {:?}", model.notices);
+        assert!(model.notices[0].to_string().contains(expected), "{map}: {:?}", model.notices);
         assert_eq!((model.textures.len(), model.materials[0].texture.map(|t| t.texture)), (0, None));
     }
     let path = folder().join("a.obj");
     fs::write(&path, "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     let world = load(&path, &Budget::default()).unwrap();
     assert!(
-        world.notices[0].message.contains("left out") && world.notices[0].message.contains("no.mtl"),
+        world.notices[0].to_string().contains("left out") && world.notices[0].to_string().contains("no.mtl"),
         "{:?}",
         world.notices
     );
@@ -374,7 +374,11 @@ fn materials_are_found_though_names_are_not_as_they_should() {
         match said {
             "" => assert!(model.notices.is_empty(), "{:?}", model.notices),
             said => {
-                assert!(model.notices.iter().any(|notice| notice.message.contains(said)), "{said}: {:?}", model.notices)
+                assert!(
+                    model.notices.iter().any(|notice| notice.to_string().contains(said)),
+                    "{said}: {:?}",
+                    model.notices
+                )
             }
         }
     }
@@ -419,7 +423,7 @@ fn images_that_cannot_be_decoded_are_left_out() {
         let model = read_model(&path, &Budget::default()).unwrap();
         assert_eq!((model.parts[0].mesh.triangles.len(), model.textures.len()), (1, 0));
         assert_eq!(model.materials[0].color, [0.0, 0.0, 1.0]);
-        assert!(model.notices[0].message.contains(said), "{:?}", model.notices);
+        assert!(model.notices[0].to_string().contains(said), "{:?}", model.notices);
     }
 }
 

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec3};
 use super::Lens;
 use super::model::LensModel;
 use crate::error::{Result, SceneError, suggestion};
+use crate::error_code::ErrorCode;
 
 /// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal
 /// point and the lens's coefficients, how many of them there are, and how many zeros make them the lens's.
@@ -60,7 +61,8 @@ const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(Len
 pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens)> {
     let Some(row) = MODELS.iter().find(|row| row.name == model) else {
         let hint = suggestion(model, MODELS.map(|row| row.name));
-        return Err(SceneError::lens(format!("COLMAP has no camera model {model:?}{hint}")));
+        let message = format!("COLMAP has no camera model {model:?}{hint}");
+        return Err(SceneError::Camera(ErrorCode::UnknownName.message(message)));
     };
     let expected = row.focals + 2 + row.given;
     if params.len() != expected {

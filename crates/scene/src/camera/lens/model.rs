@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Result, SceneError, suggestion};
+use crate::error_code::ErrorCode;
 
 /// The families of lenses, by the names people write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -94,7 +95,8 @@ impl LensModel {
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            SceneError::lens(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
+            let message = format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", "));
+            SceneError::Camera(ErrorCode::UnknownName.message(message))
         })
     }
 

@@ -147,18 +147,21 @@ def _lines(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> 
     if primitive.has_faces and not (
         primitive.material.doubleSided or screen.flags & RenderFlags.SKIP_CULL_FACES
     ):
-        ends = ends.reshape(-1, 3, 2)[_front(world[primitive.faces], screen)].reshape(-1, 2)
+        ends = ends.reshape(-1, 3, 2)[
+            _front(world[primitive.faces], screen, mirrored=bool(np.linalg.det(place[:3, :3]) < 0))
+        ].reshape(-1, 2)
     pixels, which, share, position = _drawn(world[ends], screen)
     return Fragments(node, primitive, place, pixels[:, 0], pixels[:, 1], position, ends[which], share)
 
 
-def _front(corners: Floats, screen: _Screen) -> npt.NDArray[np.bool_]:
-    """True for triangles [m, 3, 3] that show their front to the camera."""
+def _front(corners: Floats, screen: _Screen, *, mirrored: bool) -> npt.NDArray[np.bool_]:
+    """True for triangles [m, 3, 3] that show their front to the camera; a mirroring pose reverses the winding."""
     wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     starts, ways = screen.camera.rays(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (1, 1))
     parallel = np.ptp(starts) > 0
     along = screen.pose[:3, :3] @ ways[0] if parallel else corners[:, 0] - screen.pose[:3, 3]
-    return np.asarray((wound * along).sum(axis=1) < 0)
+    facing = (wound * along).sum(axis=1)
+    return np.asarray(facing > 0 if mirrored else facing < 0)
 
 
 def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> list[Fragments]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,25 +65,27 @@ class SceneWorld:
                     key = (id(node), id(primitive), id(primitive.positions), i)
                     wanted[key] = (node, primitive, pose @ place, seen)
         known = self._known()
-        for key, instance in known.items():
-            if key not in wanted:
-                self.world.remove_object(instance.name)
-                self.instances.remove(instance)
+        gone = {instance.name for key, instance in known.items() if key not in wanted}
+        for name in gone:
+            self.world.remove_object(name)
+        self.instances = [instance for instance in self.instances if instance.name not in gone]
+        first: dict[int, str] = {}
+        for instance in self.instances:
+            first.setdefault(id(instance.primitive), instance.name)
         for key, (node, primitive, place, seen) in wanted.items():
             flat = abs(np.linalg.det(place[:3, :3])) < 1e-30 or not np.isfinite(place).all()
             if key in known:
                 self._change(known[key], known[key].place if flat else place, seen and not flat)
             elif not flat:
-                self._add(node, primitive, place, seen)
+                self._add(node, primitive, place, seen, first)
 
     def _known(self) -> dict[tuple[int, int, int, int], Instance]:
         found: dict[tuple[int, int, int, int], Instance] = {}
+        counts: Counter[tuple[int, int, int]] = Counter()
         for instance in self.instances:
             key = instance.key()
-            number = 0
-            while (*key, number) in found:
-                number += 1
-            found[(*key, number)] = instance
+            found[(*key, counts[key])] = instance
+            counts[key] += 1
         return found
 
     def _change(self, instance: Instance, place: Floats, visible: bool) -> None:
@@ -93,12 +96,15 @@ class SceneWorld:
             self.world.set_object(instance.name, visible=visible)
             instance.visible = visible
 
-    def _add(self, node: Node, primitive: Primitive, place: Floats, visible: bool) -> None:
+    def _add(
+        self, node: Node, primitive: Primitive, place: Floats, visible: bool, first: dict[int, str]
+    ) -> None:
+        """Adds an object; `first` has the name of each primitive's first one, whose mesh the others share."""
         self._number += 1
         name = f"instance {self._number}"
-        like = next((one for one in self.instances if one.primitive is primitive), None)
-        if like is not None:
-            self.world.add_object(instance_of=like.name, name=name, matrix=place, visible=visible)
+        like = first.setdefault(id(primitive), name)
+        if like != name:
+            self.world.add_object(instance_of=like, name=name, matrix=place, visible=visible)
         else:
             self.world.add_mesh(
                 primitive.positions, primitive.faces, name=name, matrix=place, visible=visible

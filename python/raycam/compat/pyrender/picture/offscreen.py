@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,14 @@ class OffscreenRenderer:
         self._scene: Scene | None = None
         self._shown = SceneWorld()
 
+    @property
+    def _renderer(self) -> Any:
+        """Raises `AttributeError`: programs replace its shaders to render normals, which are a channel here."""
+        raise AttributeError(
+            "OffscreenRenderer has no _renderer and no shaders; for normals, use the channel normal: "
+            'raycam.render(world, camera, channels="normal"), where world, camera and size are those of the scene'
+        )
+
     def delete(self) -> None:
         """Forgets the last scene; may be called any number of times."""
         self._scene, self._shown = None, SceneWorld()
@@ -82,9 +91,11 @@ class OffscreenRenderer:
             return depth
         if seg:
             picture = np.zeros((height, width, 3), np.uint8)
-            for node, color in colors.items():
-                own = [i for i, instance in enumerate(self._shown.instances) if instance.node is node]
-                picture.reshape(-1, 3)[np.isin(hits.instance, own)] = color
+            found = hits.instance >= 0
+            shown_colors = np.array(
+                [colors.get(instance.node, (0, 0, 0)) for instance in self._shown.instances], np.uint8
+            )
+            picture.reshape(-1, 3)[found] = shown_colors.reshape(-1, 3)[hits.instance[found]]
         else:
             picture = self._lit(scene, view, hits, (columns, rows))
         for each in fragments:
@@ -174,6 +185,8 @@ class _View:
             hit = hits["instance"] >= 0
             corners = self._corners(hits["instance"][hit], hits["triangle"][hit])
             wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            # As in glTF, a mirroring pose swaps the winding of front faces.
+            wound[self._mirrored[hits["instance"][hit]]] *= -1
             front = np.einsum("ij,ij->i", wound, directions[left[hit]]) < 0
             drawn = front | self._both_sides(hits["instance"][hit])
             to = left[hit][drawn]
@@ -187,6 +200,12 @@ class _View:
             left = culled
         return found
 
+    @cached_property
+    def _mirrored(self) -> npt.NDArray[np.bool_]:
+        """True for the instances whose pose mirrors them."""
+        places = np.array([one.place[:3, :3] for one in self.shown.instances]).reshape(-1, 3, 3)
+        return np.asarray(np.linalg.det(places) < 0)
+
     def _both_sides(self, instance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         if self.flags & RenderFlags.SKIP_CULL_FACES:
             return np.ones(len(instance), bool)
@@ -195,8 +214,8 @@ class _View:
 
     def _corners(self, instance: npt.NDArray[Any], triangle: npt.NDArray[Any]) -> Floats:
         corners = np.empty((len(instance), 3, 3))
-        for number in np.unique(instance):
-            one, own = self.shown.instances[number], instance == number
+        for number, own in _by_instance(instance):
+            one = self.shown.instances[number]
             local = one.primitive.positions[one.primitive.faces[triangle[own]]]
             corners[own] = local @ one.place[:3, :3].T + one.place[:3, 3]
         return corners
@@ -236,8 +255,8 @@ class _View:
         origins, directions = self.rays(x, y, size)
         positions = origins + hits.depth[:, np.newaxis] * directions
         colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
-        for number in np.unique(hits.instance):
-            one, own = self.shown.instances[number], hits.instance == number
+        for number, own in _by_instance(hits.instance):
+            one = self.shown.instances[number]
             corners = one.primitive.faces[hits.triangle[own]]
             weights = hits.weights[own][:, :, np.newaxis]
 
@@ -360,3 +379,13 @@ def _placed_lights(scene: Scene) -> list[PlacedLight]:
 def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
     """Three bytes; one number is all three."""
     return np.asarray(np.clip(np.broadcast_to(np.asarray(color), 3), 0, 255), dtype=np.uint8)
+
+
+def _by_instance(instance: npt.NDArray[Any]) -> Iterator[tuple[int, npt.NDArray[np.intp]]]:
+    """Yields each number in an array and its places, in time that does not grow with the count of numbers."""
+    if len(instance) == 0:
+        return
+    order = np.argsort(instance, kind="stable")
+    numbers, starts = np.unique(instance[order], return_index=True)
+    for number, own in zip(numbers, np.split(order, starts[1:]), strict=True):
+        yield int(number), own

@@ -4,6 +4,7 @@ import { linearOfSrgb, srgb8 } from "./tone.js";
 
 /** The anchors of each map, evenly spaced; colours between two are interpolated linearly in sRGB. */
 const ANCHORS = {
+  diverging: "2166ac 67a9cf d1e5f0 f7f7f7 fddbc7 ef8a62 b2182b",
   // S. van der Walt and N. Smith, 2015.
   viridis: "440154 482878 3e4989 31688e 26828e 1f9e89 35b779 6ece58 b5de2b fde725",
   // A. Mikhailov, 2019.

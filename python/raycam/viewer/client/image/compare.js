@@ -3,10 +3,24 @@
 import { styleOf } from "./channels.js";
 
 /** @typedef {import("./planes.js").Plane} Plane */
-/** @typedef {{ plane: Plane, pixels: number, most: number, mean: number, rms: number, ids: boolean }} Difference */
+/** @typedef {"absolute" | "signed" | "relative"} DifferenceKind */
+/** @typedef {{ plane: Plane, kind: DifferenceKind, pixels: number, most: number, mean: number, rms: number, ids: boolean }} Difference */
 
-/** The modes, in the order that the key goes through. */
-export const COMPARE_MODES = /** @type {const} */ (["off", "slider", "flip", "difference"]);
+/** The modes with their texts, in the order that the key goes through. */
+export const COMPARE_MODES = /** @type {[string, string][]} */ ([
+  ["off", "off"], ["slider", "wipe"], ["flip", "flip"], ["blink", "blink"],
+  ["difference", "absolute difference"], ["signed", "signed difference A - B"], ["relative", "relative difference"],
+]);
+const KINDS = /** @type {Record<string, DifferenceKind>} */ ({ difference: "absolute", signed: "signed", relative: "relative" });
+
+/**
+ * The difference that a mode shows, or null for modes that show the images.
+ * @param {string} mode
+ * @returns {DifferenceKind | null}
+ */
+export function differenceKind(mode) {
+  return KINDS[mode] || null;
+}
 
 /**
  * Returns whether two planes can be subtracted.
@@ -20,12 +34,14 @@ export function areComparable(a, b) {
 
 /**
  * The difference of two planes: of each pixel the largest one of its components, or 1 where ids differ. Values that are
- * the same, infinities and NaN included, differ by 0; a value beside none differs by infinity.
+ * the same, infinities and NaN included, differ by 0; a value beside none differs by infinity. "signed" keeps the sign
+ * of A - B, "relative" divides by |B|. The figures are those of the absolute difference.
  * @param {Plane} a
  * @param {Plane} b
+ * @param {DifferenceKind} [kind]
  * @returns {Difference}
  */
-export function differenceOf(a, b) {
+export function differenceOf(a, b, kind = "absolute") {
   const { components, width, height } = a;
   const ids = styleOf(a).kind === "ids";
   const values = new Float64Array(width * height);
@@ -33,10 +49,12 @@ export function differenceOf(a, b) {
   for (let pixel = 0; pixel < values.length; pixel++) {
     let largest = 0;
     for (let at = pixel * components; at < (pixel + 1) * components; at++) {
-      largest = Math.max(largest, apart(a.values[at], b.values[at]));
+      const distance = apart(a.values[at], b.values[at]);
+      largest = Math.max(largest, distance);
+      const shown = kind === "relative" && distance > 0 ? distance / Math.abs(b.values[at]) : distance;
+      if (shown > Math.abs(values[pixel])) values[pixel] = kind === "signed" && a.values[at] < b.values[at] ? -shown : shown;
     }
-    if (ids) largest = largest > 0 ? 1 : 0;
-    values[pixel] = largest;
+    if (ids) values[pixel] = largest = largest > 0 ? 1 : 0;
     if (largest > 0) pixels++;
     most = Math.max(most, largest);
     if (Number.isFinite(largest)) {
@@ -45,9 +63,10 @@ export function differenceOf(a, b) {
       squares += largest * largest;
     }
   }
-  const plane = { ...a, name: `difference of ${a.name}`, dtype: /** @type {const} */ ("float64"), components: 1, values };
+  const name = kind === "absolute" ? "difference" : `${kind} difference`;
+  const plane = { ...a, name: `${name} of ${a.name}`, dtype: /** @type {const} */ ("float64"), components: 1, values };
   const count = Math.max(finite, 1);
-  return { plane, pixels, most, mean: sum / count, rms: Math.sqrt(squares / count), ids };
+  return { plane, kind, pixels, most, mean: sum / count, rms: Math.sqrt(squares / count), ids };
 }
 
 /**

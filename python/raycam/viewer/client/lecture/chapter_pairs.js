@@ -191,3 +191,45 @@ export function buildExact(fig) {
     return [[["r", `float32: ${leaks.filter(({ single }) => !single).length} of ${COUNT} rays leak through the edge`], `    with the edge rule: ${leaks.filter(({ exact }) => !exact).length}`]];
   });
 }
+
+/** The pixel where parallel lines with a direction meet: x = P (d, 0). @param {number[]} P @param {number[]} direction */
+export function vanishingPoint(P, direction) {
+  const [x, y, z] = [0, 1, 2].map((i) => dot(P.slice(4 * i, 4 * i + 3), direction));
+  return [x / z, y / z];
+}
+
+/** The point (X, Y) of the floor at a pixel, by the inverse of the homography H: the columns 1, 2 and 4 of P. @param {number[]} P @param {number[]} pixel */
+export function floorPoint(P, [u, v]) {
+  const rows = [0, 1, 2].map((i) => [P[4 * i], P[4 * i + 1], P[4 * i + 3], [u, v, 1][i]]);
+  const [x, y, w] = solveSystem(rows);
+  return [x / w, y / w];
+}
+
+/** Parallel lines of the floor, their vanishing point, and the floor's homography. @param {Figure} fig */
+export function buildFloor(fig) {
+  const { shared } = fig;
+  let angle = 105;
+  const direction = () => [Math.cos((angle * Math.PI) / 180), Math.sin((angle * Math.PI) / 180), 0];
+  addPicture(fig, {
+    overlay: (pen, place) => {
+      const { P } = shared.camera;
+      const d = direction();
+      const [u, v] = vanishingPoint(P, d);
+      for (let k = -3; k <= 3; k++) {
+        const middle = [-d[1] * k, d[0] * k, 0];
+        const seen = Array.from({ length: 29 }, (_, i) => pixelOf(P, plusTimes(middle, (i - 14) / 4, d))).filter(({ inFront }) => inFront).map((each) => place(each.u, each.v));
+        if (seen.length < 2) continue;
+        drawLine(pen, seen, { color: "#d32f2f", width: 2 });
+        drawLine(pen, [seen[seen.length - 1], place(u, v)], { color: "#ff8a80", width: 1, dash: [4, 4] });
+      }
+      drawDot(pen, place(u, v), "r", 6);
+      pen.label({ at: place(u, v), text: "vanishing point", color: pen.color("r") });
+    },
+  });
+  fig.slider({ name: "direction", symbol: "r", min: 80, max: 155, step: 1, digits: 0, unit: "°", get: () => angle, set: (value) => { angle = value; } });
+  fig.readout(() => {
+    const [u, v] = vanishingPoint(shared.camera.P, direction());
+    const [x, y] = floorPoint(shared.camera.P, shared.numbers.pixel);
+    return [[["P", "P (d, 0)"], ` = vanishing point (${fixed(u, 1)}, ${fixed(v, 1)})`], [["x", `pixel (${shared.numbers.pixel.join(", ")})`], ` is the point (${fixed(x, 3)}, ${fixed(y, 3)}) of the floor`]];
+  });
+}

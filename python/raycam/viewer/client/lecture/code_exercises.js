@@ -62,13 +62,13 @@ export const CODE_EXERCISES = [
   },
   {
     id: "normal",
-    task: "Return n = v₂ × v₁ with v₁ = b − a and v₂ = c − a.",
+    task: "Return the normal n = v₂ × v₁ of the triangle, with v₁ = b − a and v₂ = c − a.",
     start: "function normal(a, b, c) {\n  return [0, 0, 1];\n}\n",
     cases: () => candidates().slice(0, 7).map(({ found }) => ({ given: found.corners, expected: found.n })),
     hint: (got, expected, [a, b, c]) => {
       if (Array.isArray(got) && isSame(got, turned(expected))) return "This is v₁ × v₂. The order turns the sign.";
       if (Array.isArray(got) && isSame(got.map((value) => value * lengthOf(expected)), expected)) return "The direction is right. Do not divide by the length: n is the cross product itself.";
-      return isSame(got, cross(minus(c, b), minus(b, a))) ? "One edge is c − b. Both edges must begin at a." : "Use cross(v2, v1).";
+      return isSame(got, cross(minus(c, b), minus(b, a))) ? "One edge is c − b. Both edges must begin at a." : "Use cross(sub(c, a), sub(b, a)).";
     },
   },
   {

@@ -28,7 +28,7 @@ export function runCode(code, message) {
   const url = URL.createObjectURL(new Blob([`${HELPERS}\n${code}\n${serve}`], { type: "text/javascript" }));
   const worker = new Worker(url);
   return new Promise((resolve, reject) => {
-    const timer = setTimeout(() => reject(new Error(`no result after ${PATIENCE_MS / 1000} s: does a loop never end?`)), PATIENCE_MS);
+    const timer = setTimeout(() => reject(new Error(`no result after ${PATIENCE_MS / 1000} s; check your code for an endless loop`)), PATIENCE_MS);
     worker.onmessage = ({ data }) => {
       clearTimeout(timer);
       resolve(data.results);

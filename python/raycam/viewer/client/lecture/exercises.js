@@ -86,7 +86,7 @@ export const EXERCISES = [
   },
   {
     id: "principal",
-    title: "Which number of R does the roll leave unchanged? Write the three numbers of v",
+    title: "Which row of R does the roll leave unchanged? Enter the three numbers of this row, the vector v",
     asked: triple("v"),
     given: ({ R }) => ["R =", ...rowsOf(R, 3)],
     answer: ({ ray }) => ray.forward,
@@ -106,7 +106,7 @@ export const EXERCISES = [
     other: (values, { P, pixel, ray }) => {
       const { u, v } = pixelOf(P, values);
       const isThere = Math.hypot(u - pixel[0], v - pixel[1]) < 0.05 && lengthOf(minus(values, ray.C)) > 1e-3 * lengthOf(ray.C);
-      return isThere ? "It is not P⁺ x, but another point that is seen at this pixel, and any will do." : "";
+      return isThere ? "Your point differs from P⁺ x, but it is visible at the same pixel, so it is also correct." : "";
     },
     hint: (values, { P, pixel, ray }) => {
       if (areClose(values, ray.X.slice(0, 3))) return "These are the first three of four homogeneous numbers: divide them by the fourth.";
@@ -118,13 +118,13 @@ export const EXERCISES = [
   },
   {
     id: "forward",
-    title: "Forward: v = r3, and the sign of v·(X' - C)",
+    title: "Is X' in front of the camera? Enter v, the third row of R, and the dot product v·(X' - C)",
     asked: [...triple("v"), "v·(X' - C)"],
     given: ({ R, ray }) => ["R =", ...rowsOf(R, 3), `X' = ${vectorText(/** @type {number[]} */ (ray.XPrime))}`, `C = ${vectorText(ray.C)}`],
     answer: ({ ray }) => [...ray.forward, ray.along],
     hint: (values, { R, ray }) => {
       const v = values.slice(0, 3);
-      if (areClose(v, negated(ray.forward))) return "Your v points backward: it is the third row of R as it stands.";
+      if (areClose(v, negated(ray.forward))) return "Your v points backward. Use the third row of R without changing its sign.";
       const row = [0, 1].find((i) => areClose(v, rowOf(R, i)));
       if (row !== undefined) return `This is row ${row + 1} of R. The principal axis is the third row.`;
       if (areClose(v, [R[2], R[5], R[8]])) return "This is the third column of R. The principal axis is the third row.";
@@ -145,7 +145,7 @@ export const EXERCISES = [
       const cosine = dot(values, found.n) / (length * own || 1);
       if (Math.abs(cosine) > 1 - 1e-5) return `The direction is right, the length is not: ${general(length)}, not ${general(own)}. n is the cross product as it is.`;
       const off = [found.edges[0], found.edges[2]].map((edge) => Math.abs(dot(values, edge)) / (length * lengthOf(edge) || 1));
-      return `n stands on both edges: yours has n·(b - a) = ${general(dot(values, found.edges[0]))}, ${off[0] > 1e-3 ? "which is not 0" : "which is right, but n·(c - a) is not 0"}.`;
+      return `n must be perpendicular to both edges. Your n gives n·(b - a) = ${general(dot(values, found.edges[0]))}, ${off[0] > 1e-3 ? "but it must be 0" : "which is right, but n·(c - a) is not 0"}.`;
     },
   },
   {
@@ -155,7 +155,7 @@ export const EXERCISES = [
     given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `a = ${vectorText(found.corners[0])}`, `n = ${vectorText(found.n)}`],
     answer: ({ found }) => [found.t],
     hint: ([t], { ray, found }) => {
-      if (areClose([t], [-found.t])) return "The size is right, the sign is not: a - C above, and r is the ray's direction.";
+      if (areClose([t], [-found.t])) return "The absolute value is right, but the sign is wrong: the numerator is n·(a - C), not n·(C - a).";
       if (areClose([t], [1 / found.t])) return "This is n·r / n·(a - C): upside down.";
       if (areClose([t], [found.above])) return "This is n·(a - C): divide it by n·r.";
       if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t counts lengths of r.";
@@ -207,7 +207,7 @@ export const EXERCISES = [
   },
   {
     id: "bulb",
-    title: "A surface faces a bulb at a distance of 2 m. The angle θ is 60°. What is E?",
+    title: "A bulb is 2 m away from a point on a surface. The angle θ between the normal and the direction to the bulb is 60°. What is the irradiance E?",
     asked: ["E (W/m²)"],
     given: () => ["I = 14 W/sr, d = 2, cos 60° = 0.5"],
     answer: () => [1.75],
@@ -256,7 +256,7 @@ export const EXERCISES = [
   },
   {
     id: "estimator",
-    title: "One uniform direction of the hemisphere has cos θ = 0.7. Its density is p = 1/2π. What is its estimate of ∫ cos θ dω?",
+    title: "One uniform direction of the hemisphere has cos θ = 0.7. Its density is p = 1/(2π). Which estimate of ∫ cos θ dω does this direction give?",
     asked: ["estimate"],
     given: () => ["cos θ / p"],
     answer: () => [1.4 * Math.PI],
@@ -325,6 +325,42 @@ export const EXERCISES = [
       if (areClose([value], [-24])) return "The first of the 24 bits stands before the point.";
       if (areClose([value], [-32])) return "Eight of the 32 bits hold the exponent and one holds the sign.";
       return "The last of the 23 digits after the point has the value 2 to the power of the exponent.";
+    },
+  },
+  {
+    id: "walk",
+    title: "The vertex c of the green triangle is moved by 0.5 along x and by −0.2 along z. Where is it now?",
+    asked: triple("c"),
+    given: ({ numbers }) => [`c = ${vectorText(numbers.triangles[0].corners[2])}`],
+    answer: ({ numbers }) => numbers.triangles[0].corners[2].map((value, i) => value + [0.5, 0, -0.2][i]),
+    hint: (values, { numbers }) => {
+      const c = numbers.triangles[0].corners[2];
+      if (areClose(values, c.map((value, i) => value + [0.5, -0.2, 0][i]))) return "The second number is y. The walk of −0.2 is along z, the third number.";
+      if (areClose(values, c.map((value, i) => value + [0.5, 0, 0.2][i]))) return "The walk along z is negative: downward.";
+      return "Add 0.5 to the first number, and −0.2 to the third.";
+    },
+  },
+  {
+    id: "blocker",
+    title: "The second ray is f(t) + s (bulb − f(t)). It meets triangles at s = −0.4, s = 0.6 and s = 1.3. Which s puts the point in the shadow?",
+    asked: ["s"],
+    given: () => ["the bulb is at s = 1"],
+    answer: () => [0.6],
+    hint: ([value]) => {
+      if (areClose([value], [-0.4])) return "A negative s lies behind the point, away from the bulb.";
+      if (areClose([value], [1.3])) return "This triangle is farther away than the bulb, so it blocks nothing.";
+      return "A blocker lies between the point (s = 0) and the bulb (s = 1).";
+    },
+  },
+  {
+    id: "snell",
+    title: "Light enters glass with the index 1.5 at sin θ = 0.6. What is the sine of the angle inside? (Snell: sin θ = 1.5 sin θ′)",
+    asked: ["sin θ′"],
+    given: () => ["sin θ = 0.6, index 1.5"],
+    answer: () => [0.4],
+    hint: ([value]) => {
+      if (areClose([value], [0.9])) return "Inside, the light is closer to the normal: divide by 1.5.";
+      return "Divide sin θ by the index.";
     },
   },
 ];

@@ -5,7 +5,7 @@ import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";
 import { buildLights, buildReflection, buildShadow } from "./chapter_light.js";
 import { buildDistortion, buildFocus, buildMaterial, buildVideo } from "./chapter_optics.js";
-import { buildCalibration, buildEpipolar, buildExact } from "./chapter_pairs.js";
+import { buildCalibration, buildEpipolar, buildExact, buildFloor } from "./chapter_pairs.js";
 import { buildAliasing, buildMean, buildNoise, buildPath } from "./chapter_paths.js";
 import { buildClosest, buildCrossings, buildTreeFigure } from "./chapter_inside.js";
 import { buildBox, buildColor, buildHero, buildOrigin, buildRefine } from "./chapter_world.js";
@@ -21,7 +21,7 @@ const FIGURES = {
   hero: buildHero, origin: buildOrigin, box: buildBox, refine: buildRefine, color: buildColor, project: buildProject, matrix: buildMatrix, angles: buildAngles,
   "back-project": buildBackProject, sign: buildSign, normal: buildNormal, plane: buildPlane, crossings: buildCrossings, closest: buildClosest, tree: buildTreeFigure,
   lights: buildLights, reflection: buildReflection, shadow: buildShadow, aliasing: buildAliasing, noise: buildNoise, path: buildPath, mean: buildMean,
-  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, video: buildVideo, epipolar: buildEpipolar, calibration: buildCalibration, exact: buildExact,
+  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
 };
 const SYMBOLS = ["K", "R", "C", "P", "x", "X", "X′", "r", "t", "f(t)", "n", "a", "b", "c", "u", "g", "v", "L"];
 

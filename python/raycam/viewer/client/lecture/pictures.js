@@ -24,7 +24,7 @@ export class Pictures {
       const script = [textOf("core-glue"), "\nglobalThis.wasm_bindgen = wasm_bindgen;\n", textOf("client")];
       this.worker = new Worker(URL.createObjectURL(new Blob(script, { type: "text/javascript" })));
       this.worker.onmessage = ({ data }) => this.receive(data);
-      this.worker.onerror = (event) => this.say(event.message || "the worker did not start");
+      this.worker.onerror = (event) => this.say(event.message || "The renderer did not start; reload the page or try another browser.");
       this.worker.postMessage({ type: "start", module });
       for (const { message } of this.asked.values()) this.worker.postMessage(message);
     } catch (error) {

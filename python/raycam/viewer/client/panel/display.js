@@ -17,6 +17,8 @@ export class DisplayControls {
     /** @type {Display} */
     this.display = { exposure: 0, view: "standard", map: "viridis", range: null };
     this.changed = changed;
+    /** The exposure that Reset restores. */
+    this.firstExposure = 0;
     /** Called with what is wrong with a typed number. @type {(text: string) => void} */
     this.onWrong = () => {};
     /** Called when exposure or view transform change. @type {(display: Display) => void} */
@@ -34,6 +36,7 @@ export class DisplayControls {
     fillSelect(this.view, VIEW_TRANSFORMS.map((name) => [name, name]));
     fillSelect(this.map, MAPS.map((name) => [name, name]));
     this.exposure.addEventListener("input", () => this.setExposure(Number(this.exposure.value)));
+    byId("exposure-reset", HTMLButtonElement).addEventListener("click", () => this.setExposure(this.firstExposure));
     this.view.addEventListener("change", () => this.setView(this.view.value));
     this.map.addEventListener("change", () => {
       this.display.map = this.map.value;
@@ -98,6 +101,14 @@ export class DisplayControls {
     byId("light-controls", HTMLElement).hidden = kind !== "light";
     byId("scalar-controls", HTMLElement).hidden = kind !== "scalar";
     if (kind === "scalar") this.showRange();
+  }
+
+  /** Shows the controls of an image without numbers. */
+  showLight() {
+    this.plane = null;
+    byId("light-controls", HTMLElement).hidden = false;
+    byId("scalar-controls", HTMLElement).hidden = true;
+    byId("legend", HTMLElement).replaceChildren();
   }
 
   showRange() {

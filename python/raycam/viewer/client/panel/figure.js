@@ -1,19 +1,7 @@
 // The figure of a pixel as elements of the page.
 
 import { figureOf } from "../core/figure.js";
-
-/**
- * A new SVG element; the page has one already, whose name space it takes.
- * @param {string} tag
- * @param {Record<string, string | number>} attributes
- * @param {string} [text]
- */
-export function svgElement(tag, attributes, text = "") {
-  const made = /** @type {SVGElement} */ (document.createElementNS(document.querySelector("svg")?.namespaceURI || null, tag));
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
-  if (text) made.textContent = text;
-  return made;
-}
+import { svgElement } from "../dom.js";
 
 /** @param {import("../core/figure.js").Shape} shape @returns {SVGElement[]} */
 function elementsOf({ kind, at, text, textAt: [x, y] }) {

@@ -1,7 +1,8 @@
-// The world of the live view: its objects and lights as lists, and what may be changed of them.
+// The world of the live view: the selected object and its properties, and the strengths of lights.
 
 import { byId, element, fillSelect, numbersOf } from "../dom.js";
 import { grouped } from "../image/numbers.js";
+import { SceneTree } from "./tree.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
@@ -32,16 +33,32 @@ export class WorldControls {
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
     this.selected = -1;
+    /** True once the user has selected an object: only then is it outlined. */
+    this.isChosen = false;
+    this.tree = new SceneTree({
+      select: (number) => this.pick(number),
+      show: (number, visible) => this.change("object", number, "visible", visible),
+      isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
+      light: (number) => {
+        this.light.value = String(number);
+        byId("look", HTMLDetailsElement).open = true;
+        byId("light", HTMLElement).scrollIntoView({ block: "nearest" });
+      },
+      lookThrough: (name) => this.lookThrough(name),
+    });
+    /** Called with the name of a camera that is chosen in the tree. @type {(name: string) => void} */
+    this.lookThrough = () => {};
     for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
     fillSelect(this.tool, [["none", "none"], ["move", "move"], ["turn", "turn"], ["scale", "scale"]]);
     this.tool.addEventListener("change", () => this.select());
-    this.object.addEventListener("change", () => this.choose(Number(this.object.value)));
+    this.object.addEventListener("change", () => this.pick(Number(this.object.value)));
     for (const [key, input] of /** @type {["roughness" | "metallic" | "emission", HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
       input.addEventListener("change", () => {
         const [value] = numbersOf([input], (text) => client.say(text, "error")) || [];
         if (value !== undefined) this.edit("object", key, value);
       });
     }
+    for (const input of [this.roughness, this.metallic]) input.addEventListener("input", () => this.showValues());
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
     this.color.addEventListener("change", () => this.edit("object", "color", this.color.value));
     for (const [name, axis] of MOVES) {
@@ -87,11 +104,12 @@ export class WorldControls {
     const unlisted = byId("unlisted", HTMLElement);
     unlisted.hidden = !cut.length;
     unlisted.textContent = cut.map(([what, listed, count]) => `${grouped(listed.length)} of ${grouped(count)} ${what} are listed.`).join(" ");
-    if (!unlisted.hidden) unlisted.append(" Click another object in the picture.");
+    if (!unlisted.hidden) unlisted.append(" Click any other object in the image.");
     fillSelect(this.object, objects.map((/** @type {any} */ each, /** @type {number} */ i) => [String(i), each.name || `object ${i}`]));
     fillSelect(this.light, lights.map((/** @type {string} */ name, /** @type {number} */ i) => [String(i), name]));
     byId("edit", HTMLElement).hidden = !editable || !objects.length;
     byId("lights", HTMLElement).hidden = !editable || !lights.length;
+    this.tree.show({ objects, lights, editable });
     byId("undo", HTMLButtonElement).disabled = !undo;
     byId("redo", HTMLButtonElement).disabled = !redo;
     this.light.value = light && Number(light) < lights.length ? light : "0";
@@ -104,6 +122,7 @@ export class WorldControls {
    */
   begin(overlay) {
     this.selected = -1;
+    this.isChosen = false;
     if (overlay) [this.cameras.checked, this.explained.checked, this.grid.checked] = [overlay.cameras, overlay.explained, overlay.grid];
   }
 
@@ -112,7 +131,15 @@ export class WorldControls {
     this.client.transport.send({ type: "overlay", cameras, explained, grid });
   }
 
-  /** @param {number} number of the object that is changed from now on */
+  /** Selects an object and outlines it. @param {number} number */
+  pick(number) {
+    if (!(number >= 0 && number < this.count)) return;
+    this.isChosen = true;
+    this.selected = -1;
+    this.choose(number);
+  }
+
+  /** Shows an object in the panel. @param {number} number */
   choose(number) {
     if (!(number >= 0 && number < this.count)) return;
     if (number >= this.objects.length && ![...this.object.options].some(({ value }) => value === String(number))) {
@@ -121,12 +148,14 @@ export class WorldControls {
     this.object.value = String(number);
     if (this.objects[number]) this.shown.checked = this.objects[number].visible;
     if (this.selected !== number) this.select();
+    this.tree.show({ selected: this.isChosen ? number : -1 });
   }
 
   /** Says which object is chosen, and the tool on it. */
   select() {
     this.selected = Number(this.object.value);
-    const tool = /** @type {import("../messages").Select["tool"]} */ (this.tool.value);
+    const chosen = this.tool.value === "none" && this.isChosen ? "outline" : this.tool.value;
+    const tool = /** @type {import("../messages").Select["tool"]} */ (chosen);
     this.client.transport.send({ type: "select", number: this.selected, tool });
   }
 
@@ -137,8 +166,12 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} selected */
-  showMaterial({ number, name, visible, material }) {
+  showMaterial({ number, name, visible, material, animated }) {
     if (number !== Number(this.object.value)) return;
+    const fixed = byId("object-fixed", HTMLElement);
+    fixed.hidden = !animated;
+    fixed.textContent = animated ? "An animation moves this object, so it cannot be moved here." : "";
+    for (const button of document.querySelectorAll("#moves button, #turns button")) /** @type {HTMLButtonElement} */ (button).disabled = Boolean(animated);
     if (number >= this.objects.length && name) {
       this.object.selectedOptions[0].textContent = name;
       this.shown.checked = visible;
@@ -149,6 +182,7 @@ export class WorldControls {
     shown.forEach((input, i) => {
       if (document.activeElement !== input) input.value = String(values[i]);
     });
+    this.showValues();
     byId("object-model", HTMLElement).textContent = `Material: ${material.model}${material.textured ? ", with a texture" : ""}`;
   }
 
@@ -158,7 +192,21 @@ export class WorldControls {
    * @param {import("../messages").Edit["value"]} value
    */
   edit(kind, key, value) {
-    const number = Number((kind === "object" ? this.object : this.light).value);
+    this.change(kind, Number((kind === "object" ? this.object : this.light).value), key, value);
+  }
+
+  /**
+   * @param {import("../messages").Edit["kind"]} kind
+   * @param {number} number
+   * @param {import("../messages").Edit["key"]} key
+   * @param {import("../messages").Edit["value"]} value
+   */
+  change(kind, number, key, value) {
     this.client.transport.send({ type: "edit", kind, number, key, value });
+  }
+
+  showValues() {
+    byId("roughness-text", HTMLOutputElement).textContent = Number(this.roughness.value).toFixed(2);
+    byId("metallic-text", HTMLOutputElement).textContent = Number(this.metallic.value).toFixed(2);
   }
 }

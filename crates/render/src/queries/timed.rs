@@ -1,0 +1,211 @@
+//! Rays with times of their own: each meets the world as it is at its time.
+
+use std::ops::Range;
+
+use raycam_scene::World;
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::memory::check_memory;
+use crate::motion::shutter::prepare_after;
+use crate::prepare::world::PreparedWorld;
+use crate::queries::fields::{Columns, Field};
+use crate::queries::rays::{RayArrays, any_hits, cast_rays, check_hit_memory, hit_columns, occluded};
+use crate::queries::selection::Selection;
+use crate::thread_pool::Workers;
+
+/// Rays that one task traces.
+const RAYS_PER_TASK: usize = 4096;
+/// Bytes per ray of the arrays that are sorted by time.
+const SORTED_RAY_BYTES: u64 = 88;
+
+/// A world and its prepared form, for rays at other times.
+#[derive(Clone, Copy)]
+pub struct MovingWorld<'a> {
+    /// The world as written, at its own time.
+    pub world: &'a World,
+    /// The same world, prepared.
+    pub prepared: &'a PreparedWorld,
+}
+
+impl MovingWorld<'_> {
+    /// True if rays of different times can meet different worlds.
+    fn moves(&self) -> bool {
+        self.world.time.is_some() && self.world.is_animated()
+    }
+}
+
+/// Fields of the nearest hit of each ray in the world at `times[i]` seconds after the world's own time.
+///
+/// Ray i has the hit that [`cast_rays`] finds in the world at exactly that time. A world that does not move, or that
+/// has no time, is the same at all times.
+///
+/// # Errors
+/// As [`cast_rays`]; [`RenderError::Settings`] for a time that is not finite or a number of times that is not the
+/// number of rays, and [`RenderError::World`] if the world cannot be placed at a time.
+pub fn cast_rays_at(
+    moving: &MovingWorld,
+    rays: &RayArrays,
+    times: &[f64],
+    fields: &[Field],
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Columns, RenderError> {
+    check_times(rays, times)?;
+    if !moving.moves() {
+        return cast_rays(moving.prepared, rays, fields, threads, control);
+    }
+    rays.check(moving.prepared)?;
+    check_hit_memory(times.len(), fields)?;
+    let trace = |world: &PreparedWorld, sorted: &RayArrays, range| hit_columns(world, sorted, fields, range);
+    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, trace)?;
+    let mut found = Columns::empty(fields);
+    parts.into_iter().for_each(|part| found.append(part));
+    if let Some(order) = order {
+        found.scatter(&order);
+    }
+    Ok(found)
+}
+
+/// True for each ray with any hit in the world at `times[i]` seconds after the world's own time.
+///
+/// # Errors
+/// As [`cast_rays_at`].
+pub fn occluded_at(
+    moving: &MovingWorld,
+    rays: &RayArrays,
+    times: &[f64],
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<bool>, RenderError> {
+    check_times(rays, times)?;
+    if !moving.moves() {
+        return occluded(moving.prepared, rays, threads, control);
+    }
+    rays.check(moving.prepared)?;
+    let (order, parts) = in_order_of_time(moving, rays, times, threads, control, any_hits)?;
+    let sorted = parts.concat();
+    let Some(order) = order else { return Ok(sorted) };
+    let mut found = vec![false; sorted.len()];
+    for (&ray, occluded) in order.iter().zip(sorted) {
+        found[ray] = occluded;
+    }
+    Ok(found)
+}
+
+fn check_times(rays: &RayArrays, times: &[f64]) -> Result<(), RenderError> {
+    let (n, count) = (rays.origins.len(), times.len());
+    if count != n {
+        return Err(RenderError::settings(format!("{count} times for {n} rays; expected one time per ray")));
+    }
+    match times.iter().position(|time| !time.is_finite()) {
+        Some(at) => Err(RenderError::settings(format!("times[{at}] is {}; expected seconds", times[at]))),
+        None => Ok(()),
+    }
+}
+
+/// Answers of `trace` for ranges of the rays in the order of their times, and that order; `None` if they are in it.
+///
+/// The world is prepared once for each distinct time, and dropped after its rays.
+fn in_order_of_time<T: Send>(
+    moving: &MovingWorld,
+    rays: &RayArrays,
+    times: &[f64],
+    threads: Option<usize>,
+    control: &Control,
+    trace: impl Fn(&PreparedWorld, &RayArrays, Range<usize>) -> T + Sync,
+) -> Result<(Option<Vec<usize>>, Vec<T>), RenderError> {
+    let workers = Workers::for_work(threads, f64::INFINITY, false)?;
+    if times.is_sorted() {
+        let parts = trace_moments(moving, rays, times, &workers, control, trace)?;
+        return Ok((None, parts));
+    }
+    let n = times.len();
+    check_memory(|| format!("{n} rays in the order of their times"), n as u64 * SORTED_RAY_BYTES)?;
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+    let sorted = SortedRays::new(rays, &order);
+    let sorted_times: Vec<f64> = order.iter().map(|&ray| times[ray]).collect();
+    let parts = trace_moments(moving, &sorted.arrays(rays), &sorted_times, &workers, control, trace)?;
+    Ok((Some(order), parts))
+}
+
+/// Answers of `trace` for rays whose times ascend.
+fn trace_moments<T: Send>(
+    moving: &MovingWorld,
+    rays: &RayArrays,
+    times: &[f64],
+    workers: &Workers,
+    control: &Control,
+    trace: impl Fn(&PreparedWorld, &RayArrays, Range<usize>) -> T + Sync,
+) -> Result<Vec<T>, RenderError> {
+    let moments = equal_runs(times);
+    control.start(moments.len());
+    let trace_moment = |moment: Range<usize>| -> Result<Vec<T>, RenderError> {
+        control.check()?;
+        let world = prepare_after(moving.world, moving.prepared, times[moment.start], control)?;
+        let tasks: Vec<_> = moment.clone().step_by(RAYS_PER_TASK).collect();
+        let task = |first: usize| {
+            control.check()?;
+            Ok(trace(&world, rays, first..moment.end.min(first + RAYS_PER_TASK)))
+        };
+        let found = tasks.into_par_iter().map(task).collect::<Result<Vec<T>, RenderError>>();
+        control.advance();
+        found
+    };
+    let parts: Result<Vec<Vec<T>>, RenderError> = workers.run(|| moments.into_par_iter().map(trace_moment).collect());
+    Ok(parts?.into_iter().flatten().collect())
+}
+
+/// Ranges of equal numbers; 0.0 equals -0.0.
+fn equal_runs(times: &[f64]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let runs = times.chunk_by(|a, b| a == b).map(|run| {
+        end += run.len();
+        end - run.len()..end
+    });
+    runs.collect()
+}
+
+/// Arrays of a query in the order of the rays' times.
+struct SortedRays {
+    origins: Vec<[f64; 3]>,
+    directions: Vec<[f64; 3]>,
+    t_min: Vec<f64>,
+    t_max: Vec<f64>,
+    skip: Option<(Vec<i32>, Vec<i32>)>,
+}
+
+impl SortedRays {
+    fn new(rays: &RayArrays, order: &[usize]) -> Self {
+        let limits = |limits: &[f64]| if limits.len() == 1 { limits.to_vec() } else { permuted(limits, order) };
+        Self {
+            origins: permuted(rays.origins, order),
+            directions: permuted(rays.directions, order),
+            t_min: limits(rays.t_min),
+            t_max: limits(rays.t_max),
+            skip: rays
+                .selection
+                .skip
+                .map(|(objects, triangles)| (permuted(objects, order), permuted(triangles, order))),
+        }
+    }
+
+    /// The query of these rays, with the kernel and the surfaces of `rays`.
+    fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
+        let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));
+        RayArrays {
+            origins: &self.origins,
+            directions: &self.directions,
+            t_min: &self.t_min,
+            t_max: &self.t_max,
+            kernel: rays.kernel,
+            selection: Selection { skip, ..rays.selection },
+        }
+    }
+}
+
+fn permuted<T: Copy>(values: &[T], order: &[usize]) -> Vec<T> {
+    order.iter().map(|&i| values[i]).collect()
+}

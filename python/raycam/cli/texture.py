@@ -1,0 +1,65 @@
+"""The command `raycam texture`."""
+
+from __future__ import annotations
+
+import argparse
+
+from .options.command import Command
+from .options.photographs import add_photograph_cameras, photograph_cameras
+from .options.worlds import add_world, load_world
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    add_world(command)
+    add_photograph_cameras(command)
+    command.add_argument("--photos", metavar="DIR", required=True, help="folder with the photographs")
+    command.add_argument("-o", "--output", metavar="GLB", required=True, help="textured model to write")
+    command.add_argument(
+        "--object", metavar="NAME", default=None, help="object to texture (default: the first)"
+    )
+    command.add_argument(
+        "--texture-size",
+        metavar="N",
+        type=int,
+        default=2048,
+        help="side of the texture in texels (default: 2048)",
+    )
+    command.add_argument(
+        "--show-unseen",
+        action="store_true",
+        help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
+    )
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from ..notices import collected
+    from ..photos import texture_from_photos
+    from .options.messages import print_notices
+
+    world, cameras = load_world(options), photograph_cameras(options)
+    with collected() as notices:
+        result = texture_from_photos(
+            world,
+            cameras,
+            options.photos,
+            object=0 if options.object is None else options.object,
+            size=options.texture_size,
+            show_unseen=options.show_unseen,
+            threads=options.threads,
+        )
+        result.world.to_gltf(options.output)
+    print_notices(notices)
+    share = 100 * result.seen.sum() / result.covered.sum()
+    print(f"{options.output}: {share:.3g} % of the texels are visible to {len(cameras)} photographs")
+
+
+COMMAND = Command(
+    _add,
+    "texture a mesh with posed photographs",
+    [
+        "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb",
+        "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb --texture-size 4096 --show-unseen",
+    ],
+)

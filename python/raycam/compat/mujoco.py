@@ -1,0 +1,195 @@
+"""Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
+
+Depth and ids are exact for the ray through each pixel's centre. Colours are rendered with raycam's lights (see
+`raycam.from_mujoco`) and resemble MuJoCo's, without being equal to them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from raycam import Camera, SettingsError, from_mujoco, render
+
+__all__ = ["Renderer", "install", "uninstall"]
+
+GEOM = 5
+"""Value of `mjtObj.mjOBJ_GEOM`."""
+FREE, TRACKING, FIXED = 0, 1, 2
+"""Values of `mjtCamera`."""
+ORIGINALS: dict[str, Any] = {}
+
+
+class Renderer:
+    """Renders a MuJoCo model; constructor and methods are those of `mujoco.Renderer`.
+
+    `render` returns sRGB colours, uint8 [h, w, 3]. After `enable_depth_rendering`, it returns float32 [h, w]: the depth
+    along the viewing direction in metres, and the far plane's depth for the background. After
+    `enable_segmentation_rendering`, it returns int32 [h, w, 2]: (id, type), -1 for the background. The attribute
+    `camera` replaces the model's camera by a `raycam.Camera`. `max_geom` and `font_scale` are accepted and have no
+    effect: the number of geoms is not limited, and no text is drawn. Raises `SettingsError` for sizes below 1, unknown
+    cameras, and calls of `render` before `update_scene`.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        height: int = 240,
+        width: int = 320,
+        max_geom: int = 10000,
+        font_scale: Any = None,
+    ) -> None:
+        if height < 1 or width < 1:
+            raise SettingsError(f"height and width must be at least 1, got {height} and {width}")
+        self._model, self._size = model, (int(width), int(height))
+        self._scene: Any = None
+        self._groups: tuple[int, ...] = (0, 1, 2)
+        self._mode = "color"
+        self._view: Camera | None = None
+        self.camera: Camera | None = None
+        """Camera in world coordinates that replaces the one from `update_scene`; None (default) keeps that one."""
+
+    @property
+    def model(self) -> Any:
+        """The model."""
+        return self._model
+
+    @property
+    def scene(self) -> Any:
+        """The `raycam` scene of `from_mujoco`; None before `update_scene`."""
+        return self._scene
+
+    @property
+    def height(self) -> int:
+        """The image's height in pixels."""
+        return self._size[1]
+
+    @property
+    def width(self) -> int:
+        """The image's width in pixels."""
+        return self._size[0]
+
+    def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
+        """Takes poses from `data`. `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
+
+        Only `scene_option.geomgroup` is used; the other options are ignored.
+        """
+        groups = self._groups
+        if scene_option is not None:
+            groups = tuple(number for number, shown in enumerate(scene_option.geomgroup) if shown)
+        if self._scene is None or groups != self._groups:
+            self._scene, self._groups = from_mujoco(self._model, data, groups=groups), groups
+        else:
+            self._scene.update(data)
+        self._view = self._find_camera(data, camera)
+
+    def _find_camera(self, data: Any, camera: Any) -> Camera:
+        names = list(self._scene.world.cameras)
+        if isinstance(camera, str):
+            if camera not in names:
+                raise SettingsError(f"no camera {camera!r}; cameras: {', '.join(names) or 'none'}")
+            camera = names.index(camera)
+        kind = getattr(camera, "type", None)
+        if kind == FIXED:
+            camera = int(camera.fixedcamid)
+        elif kind is not None:
+            lookat = data.xpos[camera.trackbodyid] if kind == TRACKING else camera.lookat
+            return self._free(lookat, camera.distance, camera.azimuth, camera.elevation)
+        if camera == -1:
+            statistic, view = self._model.stat, self._model.vis.global_
+            return self._free(statistic.center, 1.5 * statistic.extent, view.azimuth, view.elevation)
+        if not isinstance(camera, int | np.integer) or not 0 <= camera < len(names):
+            raise SettingsError(f"camera must be a name or -1 to {len(names) - 1}, got {camera!r}")
+        return self._fitted(self._scene.world.camera(names[camera]))
+
+    def _fitted(self, camera: Camera) -> Camera:
+        """The camera with this renderer's size: the field of view is kept vertically."""
+        width, height = self._size
+        scale = height / camera.size[1]
+        k = camera.K * [[scale], [scale], [1]]
+        k[0, 2] += (width - camera.size[0] * scale) / 2
+        return camera.replace(K=k, size=self._size)
+
+    def _free(self, lookat: Any, distance: float, azimuth: float, elevation: float) -> Camera:
+        turn, rise = np.radians([float(azimuth), float(elevation)])
+        forward = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        up = np.array([-np.sin(rise) * np.cos(turn), -np.sin(rise) * np.sin(turn), np.cos(rise)])
+        pose = np.eye(4)
+        pose[:3, :3] = np.stack([np.cross(forward, up), up, -forward], axis=1)
+        pose[:3, 3] = np.asarray(lookat) - float(distance) * forward
+        width, height = self._size
+        focal = height / 2 / np.tan(np.radians(float(self._model.vis.global_.fovy)) / 2)
+        k = [[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]]
+        return Camera.from_opengl(k, pose, self._size, pixel_center="half")
+
+    def render(self, *, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
+        """Returns the image, written into `out` if given; raises `SettingsError` for an `out` of another shape."""
+        camera = self.camera or self._view
+        if self._scene is None or camera is None:
+            raise SettingsError("the renderer has no scene; call update_scene before render")
+        found = getattr(self, f"_{self._mode}")(camera)
+        if out is None:
+            return np.asarray(found)
+        if out.shape != found.shape:
+            raise SettingsError(f"out must have the shape {list(found.shape)}, not {list(out.shape)}")
+        out[...] = found
+        return out
+
+    def _color(self, camera: Camera) -> npt.NDArray[Any]:
+        return render(self._scene.world, camera, integrator="direct", samples=4).to_srgb8()
+
+    def _depth(self, camera: Camera) -> npt.NDArray[Any]:
+        depth = render(self._scene.world, camera, channels=["depth"])["depth"]
+        far = float(self._model.vis.map.zfar * self._model.stat.extent)
+        return np.where(np.isfinite(depth) & (depth > 0), np.minimum(depth, far), far).astype(np.float32)
+
+    def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:
+        instance = render(self._scene.world, camera, channels=["instance"])["instance"]
+        ids = np.array([*self._scene.geoms, -1], np.int32)[instance]
+        return np.stack([ids, np.where(ids >= 0, GEOM, -1).astype(np.int32)], axis=-1)
+
+    def enable_depth_rendering(self) -> None:
+        """Makes `render` return depth."""
+        self._mode = "depth"
+
+    def disable_depth_rendering(self) -> None:
+        """Makes `render` return colours."""
+        self._mode = "color"
+
+    def enable_segmentation_rendering(self) -> None:
+        """Makes `render` return ids and types."""
+        self._mode = "segmentation"
+
+    def disable_segmentation_rendering(self) -> None:
+        """Makes `render` return colours."""
+        self._mode = "color"
+
+    def close(self) -> None:
+        """Releases the scene."""
+        self._scene = self._view = None
+
+    def __enter__(self) -> Renderer:
+        """Returns the renderer."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the renderer."""
+        self.close()
+
+
+def install() -> None:
+    """Replaces `mujoco.Renderer` by this one."""
+    import mujoco
+
+    ORIGINALS.setdefault("Renderer", mujoco.Renderer)
+    mujoco.Renderer = Renderer
+
+
+def uninstall() -> None:
+    """Restores MuJoCo's own renderer."""
+    import mujoco
+
+    if ORIGINALS:
+        mujoco.Renderer = ORIGINALS.pop("Renderer")

@@ -1,0 +1,52 @@
+// The axes widget: the directions of x, y and z as the camera sees them; each end is a view from that side.
+
+import { byId, element, svgElement } from "../dom.js";
+
+const LENGTH = 28;
+const NAMES = ["x", "y", "z"];
+/** Sides by axis and sign (positive first), for worlds whose up axis is z, and y. */
+const SIDES_OF_UP = /** @type {Record<string, [string, string][]>} */ ({
+  z: [["right", "left"], ["back", "front"], ["top", "bottom"]],
+  y: [["right", "left"], ["top", "bottom"], ["front", "back"]],
+});
+const PRESETS = /** @type {[string, string][]} */ ([["front", "Front"], ["right", "Right"], ["top", "Top"], ["iso", "Iso"], ["default", "Default"]]);
+
+export class Axes {
+  /** @param {(side: string) => void} viewFrom */
+  constructor(viewFrom) {
+    this.viewFrom = viewFrom;
+    this.svg = /** @type {SVGElement} */ (/** @type {any} */ (document.getElementById("axes")));
+    byId("sides", HTMLElement).append(...PRESETS.map(([side, text]) => {
+      const button = element("button", text, { type: "button", title: `View from the ${side === "iso" ? "corner" : side} side`.replace("default side", "default direction") });
+      button.addEventListener("click", () => viewFrom(side));
+      return button;
+    }));
+  }
+
+  /** @param {{ R: number[], up: number[] }} camera rotation camera_from_world by rows */
+  show({ R, up }) {
+    const sides = SIDES_OF_UP[up[2] ? "z" : "y"];
+    const ends = NAMES.flatMap((name, axis) => [1, -1].map((sign, i) => ({
+      name, sign, side: sides[axis][i], color: `var(--axis-${name})`,
+      x: sign * R[axis] * LENGTH, y: sign * R[3 + axis] * LENGTH, depth: sign * R[6 + axis],
+    })));
+    ends.sort((a, b) => b.depth - a.depth);
+    this.svg.replaceChildren(...ends.flatMap((end) => this.drawn(end)));
+  }
+
+  /**
+   * @param {{ name: string, sign: number, side: string, color: string, x: number, y: number }} end
+   * @returns {SVGElement[]}
+   */
+  drawn({ name, sign, side, color, x, y }) {
+    const end = svgElement("circle", { cx: x, cy: y, r: sign > 0 ? 9 : 6, class: "end" });
+    end.style.fill = sign > 0 ? color : "var(--glass)";
+    end.style.stroke = color;
+    end.append(svgElement("title", {}, `View from ${sign > 0 ? "+" : "-"}${name} (${side})`));
+    end.addEventListener("click", () => this.viewFrom(side));
+    if (sign < 0) return [end];
+    const line = svgElement("line", { x1: 0, y1: 0, x2: x, y2: y });
+    line.style.stroke = color;
+    return [line, end, svgElement("text", { x, y }, name.toUpperCase())];
+  }
+}

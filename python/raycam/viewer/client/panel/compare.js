@@ -1,0 +1,75 @@
+// The comparison of A and B: its mode, its figures, and the range of a difference.
+
+import { byId, element, fillSelect } from "../dom.js";
+import { COMPARE_MODES } from "../image/compare.js";
+import { grouped, sixDigits } from "../image/numbers.js";
+import { percentiles } from "../image/paint.js";
+import { psnrOf, ssimOf } from "../image/similarity.js";
+
+/** @typedef {import("../image/compare.js").Difference} Difference */
+/** @typedef {import("../image/paint.js").Range} Range */
+
+export class ComparePanel {
+  /** @param {() => void} changed called when the range changes */
+  constructor(changed) {
+    /** The largest difference with its own colour; null for the 98th percentile. @type {number | null} */
+    this.most = null;
+    this.input = byId("difference-most", HTMLInputElement);
+    fillSelect(byId("compare-mode", HTMLSelectElement), COMPARE_MODES);
+    this.input.addEventListener("change", () => {
+      this.most = Number(this.input.value) > 0 ? Number(this.input.value) : null;
+      changed();
+    });
+    byId("difference-auto", HTMLButtonElement).addEventListener("click", () => {
+      this.most = null;
+      changed();
+    });
+  }
+
+  /**
+   * The colour map and the range of a difference.
+   * @param {Difference} difference
+   * @returns {{ map: string, range: Range }}
+   */
+  displayOf({ plane, kind }) {
+    const lengths = { ...plane, values: plane.values.map(Math.abs) };
+    const most = this.most ?? percentiles(/** @type {any} */ (lengths), 0).high;
+    this.input.value = String(Number(most.toPrecision(4)));
+    return kind === "signed"
+      ? { map: "diverging", range: { low: -most, high: most, log: false } }
+      : { map: "viridis", range: { low: 0, high: most, log: false } };
+  }
+
+  /**
+   * @param {{ has: boolean, mode: string, text: string, difference: Difference | null, layers: (HTMLCanvasElement | null)[] }} shown
+   */
+  show({ has, mode, text, difference, layers }) {
+    const select = byId("compare-mode", HTMLSelectElement);
+    select.disabled = !has;
+    select.value = mode;
+    for (const option of select.options) option.disabled = /difference|signed|relative/.test(option.value) && !difference;
+    byId("compare-text", HTMLElement).textContent = text;
+    byId("divider-label", HTMLElement).hidden = mode !== "slider";
+    byId("difference-range", HTMLElement).hidden = !difference || difference.ids || !["difference", "signed", "relative"].includes(mode);
+    const figures = byId("difference", HTMLElement);
+    figures.hidden = !difference;
+    if (!difference) return;
+    const { width, height } = difference.plane;
+    /** @type {[string, string][]} */
+    const rows = [["pixels that differ", `${grouped(difference.pixels)} of ${grouped(width * height)}`]];
+    if (!difference.ids) {
+      rows.push(["largest difference", sixDigits(difference.most, "float64")]);
+      rows.push(["mean", sixDigits(difference.mean, "float64")], ["root mean square", sixDigits(difference.rms, "float64")]);
+      rows.push(...similarities(layers));
+    }
+    figures.replaceChildren(...rows.flatMap(([term, value]) => [element("dt", term), element("dd", value)]));
+  }
+}
+
+/** @param {(HTMLCanvasElement | null)[]} layers A and B as displayed @returns {[string, string][]} */
+function similarities([a, b]) {
+  if (!a || !b || a.width !== b.width || a.height !== b.height) return [];
+  const [x, y] = [a, b].map((each) => /** @type {CanvasRenderingContext2D} */ (each.getContext("2d")).getImageData(0, 0, each.width, each.height).data);
+  const [psnr, ssim] = [psnrOf(x, y), ssimOf(x, y, a.width)];
+  return [["PSNR of the display", Number.isFinite(psnr) ? `${psnr.toFixed(2)} dB` : "equal"], ["SSIM of the display", Number.isNaN(ssim) ? "too small" : ssim.toFixed(5)]];
+}

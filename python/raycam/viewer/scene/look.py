@@ -1,0 +1,232 @@
+"""The look of a view: the light, the ground and the background that a world is shown with."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from ...arguments import one_of, real
+from ...camera import Camera
+from ...data import bundled
+from ...errors import SettingsError
+from ...render.background import picture_behind
+from ...render.studio import STUDIO_OPTIONS, is_unlit
+from ...world import World
+from ...world.studio import add_studio, add_studio_preview, add_sun, is_above, studio_floor
+
+__all__ = ["LIGHTS", "LOOK_OPTIONS", "SKY_IMAGE", "Look"]
+
+LIGHTS = ("own", "default", "studio", "sun", "sky")
+"""The light of a view: the world's own, the renderer's default lights, the studio, a sun, or an environment image."""
+LOOK_OPTIONS = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
+"""The options of `raycam.view` and `raycam view` that choose a look."""
+ENVIRONMENT_OPTIONS = {"integrator": "path", "max_depth": 4, "view": "pbr_neutral"}
+"""Defaults of render options with an environment image."""
+DEFAULT_SUN = (30.0, 45.0)
+"""Azimuth and elevation of the sun if none is given, degrees."""
+SKY_IMAGE = "sky.hdr"
+"""The bundled environment image, which is used if none is given."""
+NO_LIGHT = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
+"""A light of zero strength: it prevents default lights."""
+DEFAULT_SKY_RADIANCE, DEFAULT_SUN_IRRADIANCE = 0.4, 2.4
+"""The strengths of the renderer's default lights."""
+CACHED_WORLDS = 4
+
+Light = Literal["own", "default", "studio", "sun", "sky"]
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """How a world is shown. Edits of the world keep its light and its ground."""
+
+    stage: Camera
+    """The camera that the studio's lights are arranged around."""
+    light: Light = "own"
+    image: str | None = None
+    """The environment image of the light "sky"; None for the bundled one."""
+    rotation: float = 0.0
+    """The rotation of the environment image, degrees counterclockwise, seen from above."""
+    sun: tuple[float, float] = DEFAULT_SUN
+    """Azimuth to the right of the front and elevation of the light "sun", degrees."""
+    ground: str = "auto"
+    """"auto" (the studio's floor, otherwise nothing), "none", "plain", "shadow", or a colour."""
+    background: str | None = None
+    """A colour or the path of an image; None for the light's own background."""
+    _worlds: dict[tuple[int, int, bool, bool], tuple[World, World, World]] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    _lock: Any = field(default_factory=threading.Lock, init=False, repr=False)
+
+    @classmethod
+    def choose(cls, world: World, camera: Camera, *, is_framed: bool, **options: Any) -> Look:
+        """The look of `options`, or the look that `raycam render` chooses.
+
+        A framed world without lights is shown in the studio. The lights of another world without lights are the
+        renderer's default lights. Raises `SettingsError` for invalid options.
+        """
+        given = {name: value for name, value in options.items() if value not in (None, False)}
+        for name in given:
+            one_of("option", name, LOOK_OPTIONS)
+        if "hdri_rotation" in given and "hdri" not in given:
+            raise SettingsError(
+                "hdri_rotation requires hdri, the file of an environment image", code="conflicting_values"
+            )
+        lights = [name for name in ("studio", "sun", "hdri") if name in given]
+        if len(lights) > 1:
+            raise SettingsError(
+                f"{' and '.join(lights)} cannot be combined in a view; give one of them",
+                code="conflicting_values",
+            )
+        light: Any = {"hdri": "sky"}.get(lights[0], lights[0]) if lights else "own"
+        if not lights and world.bounds is not None and is_unlit(world, camera, {}):
+            light = "studio" if is_framed else "default"
+        ground = given.get("ground")
+        look = cls(
+            stage=camera,
+            light=light,
+            image=_image_path(given["hdri"]) if "hdri" in given else None,
+            rotation=float(real("hdri_rotation", given.get("hdri_rotation", 0.0), -360, 360, what="degrees")),
+            sun=_sun(given["sun"]) if "sun" in given else DEFAULT_SUN,
+            ground="auto" if ground is None else "plain" if ground in ("", True) else str(ground),
+            background=_background(given.get("background")),
+        )
+        look.light_up(world, world, camera)  # raises the errors of files and colours before the view starts
+        if look.background is not None:
+            picture_behind(look.background, camera, camera.size)
+        return look
+
+    def changed(self, **values: Any) -> Look:
+        """A look with other values."""
+        return replace(self, **values)
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """The defaults of render options with this light, without the number of samples."""
+        if self.light == "studio":
+            return {name: value for name, value in STUDIO_OPTIONS.items() if name != "samples"}
+        return ENVIRONMENT_OPTIONS if self.light == "sky" else {}
+
+    def describe(self) -> dict[str, Any]:
+        """The look as the messages `welcome` and `look` describe it."""
+        return {
+            "light": self.light,
+            "rotation": self.rotation,
+            "azimuth": self.sun[0],
+            "elevation": self.sun[1],
+            "ground": self.ground if self.ground in ("auto", "none", "plain", "shadow") else "plain",
+            "background": self.background if (self.background or "").startswith("#") else "",
+        }
+
+    @property
+    def first_samples(self) -> int:
+        """Samples per pixel of the first still image: fewer would be noisier than the moving image before it."""
+        return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
+
+    def notice(self) -> str | None:
+        """The sentence that explains a light that the file does not contain."""
+        return {
+            "studio": "the model has no lights: it is shown in the studio, whose floor is not part of the ground truth",
+            "default": "the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
+        }.get(self.light)
+
+    @property
+    def behind(self) -> dict[str, Any]:
+        """The argument `background` of `render`, if the look has a background."""
+        return {} if self.background is None else {"background": self.background}
+
+    def light_up(self, world: World, opened: World, camera: Camera, *, preview: bool = False) -> World:
+        """The world with the light and the ground of the look, seen by `camera`.
+
+        The ground stays where it is under `opened`, the world before its edits, and is hidden from cameras below it.
+        Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview` need
+        one sample per pixel, but only resemble the studio's.
+        """
+        has_floor = self._has_floor(opened, camera)
+        preview = preview and self.light == "studio"
+        key = (id(world), id(opened), has_floor, preview)
+        with self._lock:
+            if key not in self._worlds:
+                while len(self._worlds) >= CACHED_WORLDS:
+                    self._worlds.pop(next(iter(self._worlds)))
+                self._worlds[key] = (world, opened, self._build(world, opened, has_floor, preview))
+            return self._worlds[key][2]
+
+    def _has_floor(self, opened: World, camera: Camera) -> bool:
+        if (
+            self.ground == "none"
+            or (self.ground == "auto" and self.light != "studio")
+            or opened.bounds is None
+        ):
+            return False
+        return camera.is_parallel or is_above(opened, camera)
+
+    def _build(self, world: World, opened: World, has_floor: bool, preview: bool) -> World:
+        if self.light == "own" and not has_floor and not _needs_no_light(world, opened, self.stage):
+            return world
+        made = world.copy()
+        if preview:
+            add_studio_preview(made, self.stage)
+        elif self.light == "studio":
+            add_studio(made, self.stage, ground=False)
+        elif self.light == "sun":
+            add_sun(made, *self.sun, sky=True)
+        elif self.light == "sky":
+            made.add_light(type="environment", image=self.image or _image_path(SKY_IMAGE), yaw=self.rotation)
+        elif self.light == "default":
+            _add_default_lights(made)
+        elif _needs_no_light(world, opened, self.stage):
+            made.add_light(NO_LIGHT)
+        if has_floor:
+            made.add_ground(name="studio floor", **studio_floor(opened), **self._floor_material())
+        made._bare = world
+        return made
+
+    def _floor_material(self) -> dict[str, Any]:
+        if self.ground == "shadow" or (self.background is not None and self.ground == "auto"):
+            return {"shadow_catcher": True}
+        return {} if self.ground in ("auto", "plain") else {"color": self.ground}
+
+
+def _needs_no_light(world: World, opened: World, camera: Camera) -> bool:
+    """True if edits removed the last light: default lights would replace it."""
+    return world is not opened and world.bounds is not None and is_unlit(world, camera, {})
+
+
+def _add_default_lights(world: World) -> None:
+    """Adds the lights of the renderer for worlds without lights, so that they stay if a light is added."""
+    direction = [1.0, 2.0, -3.0] if world.up == "z" else [1.0, -3.0, -2.0]
+    world.add_light(type="sky", radiance=DEFAULT_SKY_RADIANCE)
+    world.add_light(type="sun", direction=direction, irradiance=DEFAULT_SUN_IRRADIANCE, angular_diameter=0.0)
+
+
+def _image_path(image: str | os.PathLike[str]) -> str:
+    return os.path.abspath(bundled(os.fspath(image)) or image)
+
+
+def _sun(value: Any) -> tuple[float, float]:
+    """Azimuth and elevation in degrees. Raises `SettingsError`."""
+    angles = np.asarray(value, float).ravel() if not isinstance(value, bool) else DEFAULT_SUN
+    if len(angles) != 2 or not all(map(math.isfinite, angles)):
+        raise SettingsError(
+            f"sun: expected azimuth and elevation in degrees, got {value!r}", code="invalid_value"
+        )
+    return float(angles[0]), float(angles[1])
+
+
+def _background(value: Any) -> str | None:
+    """A colour, or the absolute path of an image. Raises `SettingsError`."""
+    if value is None:
+        return None
+    if value == "transparent":
+        raise SettingsError(
+            "background transparent: not supported by the view; save the image with raycam render"
+        )
+    text = os.fspath(value)
+    found = bundled(text) or text
+    return os.path.abspath(found) if os.path.splitext(str(found))[1] else text

@@ -1,0 +1,127 @@
+"""The stand-in for `mujoco.Renderer`, compared with MuJoCo's rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+import pytest
+import raycam
+from raycam.compat import mujoco as stand_in
+
+MODEL = """<mujoco>
+  <statistic center="0 0 0.5" extent="2"/>
+  <worldbody><light type="directional" dir="0 1 -1"/>
+    <geom name="floor" type="plane" size="2 2 1" rgba="0 0 1 1"/>
+    <body pos="0 0 0.5"><joint type="slide" axis="1 0 0"/>
+      <geom name="box" type="box" size="0.3 0.2 0.4" euler="10 20 30" rgba="1 0 0 1"/></body>
+    <geom name="extra" type="box" size="0.1 0.1 0.1" pos="1 0 0.5" group="4"/>
+    <camera name="front" pos="0 -4 1.5" xyaxes="1 0 0 0 0.25 1" fovy="40"/>
+  </worldbody></mujoco>"""
+
+
+@pytest.fixture
+def state() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = mujoco.MjModel.from_xml_string(MODEL)
+    data = mujoco.MjData(model)
+    data.qpos[0] = 0.3
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+@pytest.fixture
+def installed() -> Iterator[None]:
+    stand_in.install()
+    yield
+    stand_in.uninstall()
+
+
+def expected(
+    model: mujoco.MjModel, data: mujoco.MjData, fovy: float, pose: np.ndarray, size: tuple[int, int]
+):
+    """Depth and geom ids by `mj_ray`, with rays built from the field of view."""
+    width, height = size
+    half = np.tan(np.radians(fovy) / 2)
+    depth, ids = np.full((height, width), np.nan), np.full((height, width), -1)
+    group = np.array([1, 1, 1, 0, 0, 0], np.uint8)
+    for v in range(height):
+        for u in range(width):
+            local = np.array([(2 * u + 1 - width) / height * half, -(2 * v + 1 - height) / height * half, -1])
+            geom = np.array([-1], np.int32)
+            length = np.linalg.norm(local)
+            ray = pose[:3, :3] @ local / length
+            distance = mujoco.mj_ray(model, data, pose[:3, 3], ray, group, 1, -1, geom, np.zeros(3))
+            if geom[0] >= 0:
+                depth[v, u], ids[v, u] = distance / length, geom[0]
+    return depth, ids
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize("camera", ["front", 0, -1])
+def test_depth_and_segmentation_agree_with_mujoco_rays(
+    state: tuple[mujoco.MjModel, mujoco.MjData], camera: str | int
+) -> None:
+    model, data = state
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = data.cam_xmat[0].reshape(3, 3), data.cam_xpos[0]
+    fovy = 40.0
+    if camera == -1:
+        view = mujoco.MjvCamera()
+        mujoco.mjv_defaultFreeCamera(model, view)
+        turn, rise = np.radians([view.azimuth, view.elevation])
+        forward = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        right = np.cross(forward, [0, 0, 1]) / np.linalg.norm(np.cross(forward, [0, 0, 1]))
+        pose[:3, :3] = np.stack([right, np.cross(right, forward), -forward], axis=1)
+        pose[:3, 3], fovy = view.lookat - view.distance * forward, float(model.vis.global_.fovy)
+    with mujoco.Renderer(model, 30, 40) as renderer:
+        assert (renderer.height, renderer.width) == (30, 40)
+        renderer.enable_depth_rendering()
+        renderer.update_scene(data, camera=camera)
+        depth = renderer.render()
+        renderer.disable_depth_rendering()
+        renderer.enable_segmentation_rendering()
+        segmentation = renderer.render()
+        renderer.disable_segmentation_rendering()
+        color = renderer.render()
+    wanted, ids = expected(model, data, fovy, pose, (40, 30))
+    assert (depth.dtype, segmentation.dtype, color.dtype) == (np.float32, np.int32, np.uint8)
+    assert (depth.shape, segmentation.shape, color.shape) == ((30, 40), (30, 40, 2), (30, 40, 3))
+    np.testing.assert_array_equal(segmentation[..., 0], ids)
+    np.testing.assert_array_equal(segmentation[..., 1], np.where(ids >= 0, int(mujoco.mjtObj.mjOBJ_GEOM), -1))
+    np.testing.assert_allclose(depth[ids >= 0], wanted[ids >= 0], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(depth[ids < 0], model.vis.map.zfar * model.stat.extent)
+    box = color[ids == 2].mean(axis=0)
+    assert box[0] > 2 * box[2]
+
+
+def test_scene_options_select_groups(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    model, data = state
+    renderer = stand_in.Renderer(model, 30, 40)
+    renderer.enable_segmentation_rendering()
+    option = mujoco.MjvOption()
+    option.geomgroup[4] = 1
+    for scene_option, shown in ((None, False), (option, True)):
+        renderer.update_scene(data, "front", scene_option)
+        assert (renderer.render()[..., 0] == 1).any() == shown
+
+
+def test_calibrated_camera_and_out_are_used(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    model, data = state
+    renderer = stand_in.Renderer(model, 30, 40)
+    with pytest.raises(raycam.SettingsError, match="update_scene"):
+        renderer.render()
+    renderer.update_scene(data)
+    renderer.camera = raycam.Camera.look_at([0, -3, 1], [0, 0, 0.5], size=(20, 10), fov=50)
+    out = np.zeros((10, 20, 3), np.uint8)
+    assert renderer.render(out=out) is out
+    assert out.any()
+    with pytest.raises(raycam.SettingsError, match="shape"):
+        renderer.render(out=np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("camera", ["frnt", 1, -2, 0.5])
+def test_unknown_cameras_raise(state: tuple[mujoco.MjModel, mujoco.MjData], camera: object) -> None:
+    model, data = state
+    with pytest.raises(raycam.SettingsError, match="camera"):
+        stand_in.Renderer(model).update_scene(data, camera)

@@ -1,0 +1,170 @@
+"""The layout of the live view in Chromium: tree, properties, axes, palette, phones, and the bytes of a look."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+import raycam
+from raycam.viewer.session import Session
+from raycam.viewer.viewer import Viewer
+from support.chromium import Tab
+from support.patience import until
+from support.viewer_page import place_of
+
+SAMPLES = 4
+
+
+def model() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, color="#c83c28", name="box")
+    world.add_object(sphere={"radius": 0.4}, location=[0.9, -0.6, -0.1], name="ball")
+    return world
+
+
+@pytest.fixture
+def viewer() -> Iterator[Viewer]:
+    with Viewer(model(), port=0, integrator="direct", samples=SAMPLES) as made:
+        yield made
+
+
+def session_of(viewer: Viewer, tab: Tab) -> Session:
+    assert viewer._server is not None
+    tab.evaluate("sessionStorage.clear()") if tab.evaluate("location.protocol") == "http:" else None
+    tab.open(viewer.url)
+    (session,) = viewer._server.sessions.values()
+    return session
+
+
+def click(tab: Tab, selector: str) -> None:
+    tab.evaluate(f"document.querySelector({selector!r}).click()")
+
+
+def test_image_fills_the_stage_in_device_pixels(tab: Tab, viewer: Viewer) -> None:
+    tab.call("Emulation.setDeviceMetricsOverride", width=700, height=500, deviceScaleFactor=2, mobile=False)
+    try:
+        session = session_of(viewer, tab)
+        box = tab.evaluate(
+            "(({width, height}) => [width, height])(document.getElementById('picture').getBoundingClientRect())"
+        )
+        until(lambda: session.view.size == (round(2 * box[0]), round(2 * box[1])))
+        width, height = session.view.size
+        tab.wait(f"document.getElementById('status-picture').textContent === '{width} x {height}'")
+        assert session.view.look.light == "studio"
+    finally:
+        tab.show(1280, 800)
+
+
+def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    click(tab, "#tree-list li:nth-child(2) .row-name")
+    until(lambda: session.selection.number == 1 and session.selection.tool == "outline")
+    tab.wait("document.querySelector('#tree-list li[aria-current] .row-name').textContent === 'ball'")
+    click(tab, "#tree-list li:nth-child(1) .row-eye")
+    until(lambda: [each.visible for each in session.view.base.objects] == [False, True])
+    tab.wait("document.querySelector('#tree-list li.off')")
+    click(tab, "#undo")
+    until(lambda: all(each.visible for each in session.view.base.objects))
+    tab.wait("!document.querySelector('#tree-list li.off')")
+    click(tab, "#tree-list li:nth-child(1) .row-only")
+    until(lambda: [each.visible for each in session.view.base.objects] == [True, False])
+    tab.evaluate(
+        "(() => { const field = document.getElementById('tree-search'); field.value = 'BAL';"
+        " field.dispatchEvent(new Event('input')); })()"
+    )
+    assert tab.evaluate("document.querySelectorAll('#tree-list li').length") == 1
+    assert tab.said == []
+    assert tab.evaluate("document.getElementById('message').hidden")
+
+
+def test_presets_axes_and_palette_change_the_view(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    click(tab, "#sides button")
+    until(lambda: abs(session.view.camera.R[2] @ [0, 1, 0] - 1) < 1e-6)
+    tab.evaluate(
+        "[...document.querySelectorAll('#axes .end')].find((each) => each.textContent.includes('+z'))"
+        ".dispatchEvent(new Event('click'))"
+    )
+    until(lambda: abs(session.view.camera.R[2] @ [0, 0, -1] - 1) < 1e-6)
+    click(tab, "#palette-button")
+    tab.wait("document.getElementById('palette').open")
+    tab.call("Input.insertText", text="front view")
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter")
+    until(lambda: abs(session.view.camera.R[2] @ [0, 1, 0] - 1) < 1e-6)
+    assert not tab.evaluate("document.getElementById('palette').open")
+
+
+def test_look_controls_change_the_light_and_reset_restores_it(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.evaluate(
+        "(() => { const field = document.getElementById('look-light'); field.value = 'sun';"
+        " field.dispatchEvent(new Event('change')); })()"
+    )
+    until(lambda: session.view.look.light == "sun")
+    assert not tab.evaluate("document.getElementById('look-elevation-row').hidden")
+    click(tab, "#look-reset")
+    until(lambda: session.view.look.light == "studio")
+    assert tab.evaluate("document.getElementById('look').open")
+
+
+def test_distance_between_two_pixels_is_measured(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    box = "(({width, height}) => [width, height])(document.getElementById('picture').getBoundingClientRect())"
+    until(lambda: list(session.view.size) == [round(side) for side in tab.evaluate(box)])
+    size = session.view.size
+    tab.wait(f"document.getElementById('status-picture').textContent === '{size[0]} x {size[1]}'")
+    truth = raycam.render(session.view.world, session.view.still_camera, channels=["position", "instance"])
+    rows, columns = (truth["instance"] >= 0).nonzero()
+    first, second = ((int(columns[i]), int(rows[i])) for i in (len(rows) // 3, 2 * len(rows) // 3))
+    tab.click(*place_of(tab, *first, size))
+    tab.wait(
+        "document.querySelectorAll('#values tr').length > 3 && !document.getElementById('measure').disabled"
+    )
+    click(tab, "#measure")
+    tab.click(*place_of(tab, *second, size))
+    tab.wait("!document.getElementById('distance').hidden")
+    a, b = (truth["position"][v, u] for u, v in (first, second))
+    shown = float(tab.evaluate("document.getElementById('distance').textContent").split(": ")[1].split()[0])
+    assert shown == pytest.approx(float(((a - b) ** 2).sum() ** 0.5), rel=1e-4)
+
+
+def test_phones_show_the_image_first_and_panels_as_sheets(tab: Tab, viewer: Viewer) -> None:
+    tab.show(390, 780)
+    try:
+        session_of(viewer, tab)
+        height = "document.getElementById('picture').getBoundingClientRect().height"
+        assert tab.evaluate(height) > 0.75 * 780
+        assert tab.evaluate("getComputedStyle(document.getElementById('panel')).display") == "none"
+        click(tab, "#panel-button")
+        assert tab.evaluate("document.getElementById('panel').getBoundingClientRect().height") < 0.6 * 780
+        assert tab.evaluate(height) > 0.75 * 780
+        assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    finally:
+        tab.show(1280, 800)
+
+
+def test_colors_are_sent_as_images_until_numbers_are_read(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    assert not session.connection.wants_planes
+    click(tab, "#take-b")
+    until(lambda: session.connection.wants_planes)
+    tab.wait("!document.getElementById('compare-mode').disabled")
+
+
+def test_controls_of_a_script_are_shown_and_used(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    assert tab.evaluate("document.getElementById('script').hidden")
+    slider = viewer.add_slider("speed", min=0, max=10, value=3)
+    viewer.add_folder("more").add_plot("error", [0, 1, 2], [1, 4, 2])
+    tab.wait("document.querySelector('#script-controls .plot polyline')")
+    assert tab.evaluate("document.querySelector('#script-controls input').value") == "3"
+    tab.evaluate(
+        "(() => { const field = document.querySelector('#script-controls input'); field.value = '7';"
+        " field.dispatchEvent(new Event('input')); })()"
+    )
+    until(lambda: slider.value == 7)
+    slider.value = 2
+    tab.wait("document.querySelector('#script-controls output').textContent === '2'")

@@ -1,0 +1,71 @@
+"""The figures of a comparison in the client, against NumPy and SciPy."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.ndimage import correlate1d
+from support.node_core import needs_node, run_module
+
+pytestmark = needs_node
+WIDTH, HEIGHT = 32, 20
+
+
+def images() -> tuple[Any, Any]:
+    """Two images [h, w, 4] of sRGB bytes that are similar."""
+    generator = np.random.default_rng(3)
+    smooth = 127 + 100 * np.sin(np.linspace(0, 9, WIDTH * HEIGHT * 3)).reshape(HEIGHT, WIDTH, 3)
+    pair = [np.full((HEIGHT, WIDTH, 4), 255, np.uint8) for _ in range(2)]
+    for number, image in enumerate(pair):
+        image[..., :3] = np.clip(smooth + number * generator.normal(0, 12, smooth.shape), 0, 255)
+    return pair[0], pair[1]
+
+
+def test_psnr_and_ssim_are_those_of_their_formulas() -> None:
+    a, b = images()
+    found = run_module(
+        "image/similarity.js",
+        f"const [a, b] = {json.dumps([a.ravel().tolist(), b.ravel().tolist()])}"
+        ".map((each) => Uint8ClampedArray.from(each));"
+        f"return [psnrOf(a, b), ssimOf(a, b, {WIDTH}), String(psnrOf(a, a)), ssimOf(a, a, {WIDTH})];",
+    )
+    x, y = (each[..., :3].astype(float) for each in (a, b))
+    assert found[0] == pytest.approx(10 * np.log10(255**2 / ((x - y) ** 2).mean()))
+    weights = np.exp(-(np.arange(-5, 6) ** 2) / (2 * 1.5**2))
+
+    def mean(values: Any) -> Any:
+        both = correlate1d(correlate1d(values, weights / weights.sum(), 0), weights / weights.sum(), 1)
+        return both[5:-5, 5:-5]
+
+    p, q = (each @ [0.299, 0.587, 0.114] for each in (x, y))
+    variances = mean(p * p) - mean(p) ** 2, mean(q * q) - mean(q) ** 2
+    covariance = mean(p * q) - mean(p) * mean(q)
+    c1, c2 = (0.01 * 255) ** 2, (0.03 * 255) ** 2
+    ssim = (2 * mean(p) * mean(q) + c1) * (2 * covariance + c2)
+    ssim /= (mean(p) ** 2 + mean(q) ** 2 + c1) * (sum(variances) + c2)
+    assert found[1] == pytest.approx(ssim.mean(), rel=1e-9)
+    assert found[2:] == ["Infinity", pytest.approx(1)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("absolute", [1.0, 3.0, 0.0, 2.0]),
+        ("signed", [1.0, -3.0, 0.0, 2.0]),
+        ("relative", [0.5, 0.75, 0.0, None]),
+    ],
+)
+def test_differences_have_a_sign_or_are_relative(kind: str, expected: list[float | None]) -> None:
+    found = run_module(
+        "image/compare.js",
+        "const plane = (...values) => ({ name: 'depth', dtype: 'float32', width: 4, height: 1, components: 1,"
+        " values: Float32Array.from(values) });"
+        f"const made = differenceOf(plane(3, 1, 5, 2), plane(2, 4, 5, 0), '{kind}');"
+        "return [[...made.plane.values], made.most, made.rms];",
+    )
+    assert found[0] == expected  # infinity is null in JSON: a difference from zero
+    assert found[1] == 3
+    assert found[2] == pytest.approx(np.sqrt((1 + 9 + 0 + 4) / 4))
