@@ -98,8 +98,9 @@ def test_wide_angles_keep_the_contrast_at_the_border(fov: float) -> None:
         frame = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
         line = frame["color"][pixels // 2, :, 0]
         center, border = line[pixels // 2 - 16 : pixels // 2 + 16], line[:16]
-        # A pixel's cone is round, its footprint at the border is not: a tenth of the contrast may be lost.
-        assert border.std() > 0.88 * center.std(), (samples, border.std(), center.std())
+        # A pixel's cone is round, but its solid angle at the border is not: along the line, the cone is too wide.
+        # A cone as in the image centre would lose 28 % of the contrast at 150 degrees.
+        assert border.std() > 0.83 * center.std(), (samples, border.std(), center.std())
 
 
 @pytest.mark.parametrize("style", [{"type": "unlit"}, {"emission": 1.0, "color": [0, 0, 0]}, {}])
