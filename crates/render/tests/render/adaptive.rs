@@ -1,6 +1,7 @@
 //! Adaptive sampling of light that arrives rarely: the mean over many seeds, and the reported error.
 //!
-//! The judge is the plain estimator: a fixed number of samples per pixel, whose mean is unbiased by construction.
+//! The judge is the plain estimator: a fixed number of samples per pixel, whose mean is unbiased by construction. The short
+//! form of slow scenes takes few seeds and therefore wide tolerances; with `RAYCAM_PROOF`, 64 seeds resolve the error to 10 %.
 
 use std::sync::Arc;
 
@@ -12,7 +13,23 @@ use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
 use raycam_scene::{Camera, Light, Material, MaterialModel, Metal, Texture, World};
 
 const SIZE: [u32; 2] = [16, 12];
-const SEEDS: u64 = 64;
+
+/// Number of seeds, and the allowed relative errors of the mean's standard error and of the reported error.
+struct Precision {
+    seeds: u64,
+    max_sigma: f64,
+    max_error_ratio: f64,
+}
+
+impl Precision {
+    const PROOF: Self = Self { seeds: 64, max_sigma: 0.05, max_error_ratio: 1.1 };
+    const SHORT: Self = Self { seeds: 8, max_sigma: 0.1, max_error_ratio: 1.25 };
+
+    /// The precision of scenes that take long to render.
+    fn of_slow_scenes() -> Self {
+        if std::env::var_os("RAYCAM_PROOF").is_some() { Self::PROOF } else { Self::SHORT }
+    }
+}
 
 fn grey() -> Material {
     Material { color: [0.7; 3], ..Material::default() }
@@ -111,7 +128,7 @@ fn mean_and_error(images: &[(Vec<f64>, Vec<f64>)]) -> (f64, f64) {
     (whole, (variance / means.len() as f64).sqrt())
 }
 
-fn check((world, camera): (World, Camera), noise: f32) {
+fn check((world, camera): (World, Camera), noise: f32, precision: Precision) {
     let world = prepare(&world);
     let plain = Settings {
         integrator: Integrator::Path,
@@ -121,43 +138,44 @@ fn check((world, camera): (World, Camera), noise: f32) {
         ..Settings::default()
     };
     let adaptive = Settings { samples: 2048, noise_threshold: Some(noise), ..plain.clone() };
+    let Precision { seeds, max_sigma, max_error_ratio } = precision;
     let images = |settings: &Settings, first: u64| -> Vec<_> {
         let of = |seed| picture(&world, &camera, &Settings { seed, ..settings.clone() });
-        (first..first + SEEDS).map(of).collect()
+        (first..first + seeds).map(of).collect()
     };
     let (shown, exact) = (images(&adaptive, 0), images(&plain, 1000));
     let ((found, error), (expected, exact_error)) = (mean_and_error(&shown), mean_and_error(&exact));
     let sigma = error.hypot(exact_error);
     assert!((found - expected).abs() < 3.0 * sigma, "mean {found}, expected {expected}, sigma {sigma}");
-    assert!(sigma < 0.05 * expected, "the test cannot resolve a bias: sigma {sigma} of {expected}");
+    assert!(sigma < max_sigma * expected, "the test cannot resolve a bias: sigma {sigma} of {expected}");
     // The variance of a pixel over the seeds is the square of the true error.
     let (mut actual, mut reported) = (0.0, 0.0);
     for pixel in 0..shown[0].0.len() {
         let values: Vec<f64> = shown.iter().map(|(image, _)| image[pixel]).collect();
         let whole = mean(&values);
-        actual += values.iter().map(|value| (value - whole).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+        actual += values.iter().map(|value| (value - whole).powi(2)).sum::<f64>() / (seeds - 1) as f64;
         reported += mean(&shown.iter().map(|(_, errors)| errors[pixel].powi(2)).collect::<Vec<_>>());
     }
     let ratio = (reported / actual).sqrt();
-    assert!((0.9..1.1).contains(&ratio), "reported error {ratio} of the true error");
+    assert!(ratio.max(1.0 / ratio) < max_error_ratio, "reported error {ratio} of the true error");
 }
 
 #[test]
 fn adaptive_mean_and_error_of_a_keyhole_are_unbiased() {
-    check(keyhole(), 0.1);
+    check(keyhole(), 0.1, Precision::of_slow_scenes());
 }
 
 #[test]
 fn adaptive_mean_and_error_of_a_lamp_panel_are_unbiased() {
-    check(panel(), 0.02);
+    check(panel(), 0.02, Precision::of_slow_scenes());
 }
 
 #[test]
 fn adaptive_mean_and_error_of_a_caustic_are_unbiased() {
-    check(caustic(), 0.02);
+    check(caustic(), 0.02, Precision::PROOF);
 }
 
 #[test]
 fn adaptive_mean_and_error_of_a_window_are_unbiased() {
-    check(window(), 0.02);
+    check(window(), 0.02, Precision::of_slow_scenes());
 }
