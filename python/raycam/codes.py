@@ -85,6 +85,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "overlapping_objects": Code(
+        "A robot's link overlaps another object.",
+        "Move the robot or the object, or change the robot's joints.",
+    ),
     "xacro_warning": Code(
         "xacro printed a warning while it expanded a robot's file.",
         "Correct the file as the warning says.",
@@ -149,6 +153,10 @@ _OWN_NOTICES = {
         "Several faces share the same texels, because islands of the texture coordinates overlap.",
         "Unwrap the mesh without overlaps.",
     ),
+    "faces_without_texels": Code(
+        "Faces have no texels, because xatlas did not unwrap them.",
+        'Use atlas="cells", or repair the mesh.',
+    ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
         "Use the size that the message contains.",
@@ -180,6 +188,14 @@ _OWN_ERRORS = {
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
     ),
+    "no_volume": Code(
+        "An object that should fall encloses no volume.",
+        "Use a mesh with thickness.",
+    ),
+    "not_settled": Code(
+        "Objects did not come to rest without penetrating each other, within their target.",
+        "Use fewer objects, more room, more time or another seed.",
+    ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
@@ -194,7 +210,7 @@ _OWN_ERRORS = {
     ),
     "missing_texture_coordinates": Code(
         "The object has no texture coordinates.",
-        "Unwrap it in another program, such as Blender.",
+        'Unwrap it with atlas="xatlas" (--atlas xatlas), or in another program such as Blender.',
     ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",

@@ -185,60 +185,54 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes the thirteen tables, and a map that is drivable everywhere."""
     folder, scene = str(plan.options["version"]), str(plan.options["scene"])
     keys = [number for number in range(units(plan)) if is_key(plan, number)]
-    mounts = next(records())["mounts"]
-    log = token("log", scene)
     tables: dict[str, Iterator[dict[str, Any]]] = {
         "category": (_named("category", name) for name in plan.categories.values()),
         "attribute": iter(()),
         "visibility": (_visibility(*row) for row in VISIBILITIES),
         "instance": instances(records),
-        "sensor": (
-            {"token": token("sensor", mount[0]), "channel": mount[0], "modality": mount[1]}
-            for mount in mounts
-        ),
-        "calibrated_sensor": (
-            {
-                **pose_row(token("calibrated", mount[0]), np.array(mount[2]), np.array(mount[3])),
-                "sensor_token": token("sensor", mount[0]),
-                "camera_intrinsic": mount[4],
-            }
-            for mount in mounts
-        ),
+        **sensors(next(records())["mounts"]),
         "ego_pose": ego_poses(records),
-        "log": iter(
-            [
-                {
-                    "token": log,
-                    "logfile": "",
-                    "vehicle": "raycam",
-                    "date_captured": "1970-01-01",
-                    "location": "raycam",
-                }
-            ]
-        ),
-        "scene": iter(
-            [
-                {
-                    "token": token("scene", scene),
-                    "log_token": log,
-                    "nbr_samples": len(keys),
-                    "first_sample_token": token("sample", keys[0]),
-                    "last_sample_token": token("sample", keys[-1]),
-                    "name": scene,
-                    "description": "simulated by raycam",
-                }
-            ]
-        ),
+        **scenes(scene, keys),
         "sample": samples(plan, keys, token("scene", scene)),
         "sample_data": sample_data(plan, records, keys),
         "sample_annotation": sample_annotations(plan, records),
-        "map": iter(
-            [{"token": token("map"), "log_tokens": [log], "category": "semantic_prior", "filename": MAP}]
-        ),
     }
     for name, rows in tables.items():
         yield f"{folder}/{name}.json", _json_list(rows)
     yield MAP, [png(np.full((16, 16), 255, np.uint8))]
+
+
+def sensors(mounts: list[list[Any]]) -> dict[str, Iterator[dict[str, Any]]]:
+    """Returns the tables of sensors and of their places on the body."""
+    devices = (
+        {"token": token("sensor", mount[0]), "channel": mount[0], "modality": mount[1]} for mount in mounts
+    )
+    places = (
+        {
+            **pose_row(token("calibrated", mount[0]), np.array(mount[2]), np.array(mount[3])),
+            "sensor_token": token("sensor", mount[0]),
+            "camera_intrinsic": mount[4],
+        }
+        for mount in mounts
+    )
+    return {"sensor": devices, "calibrated_sensor": places}
+
+
+def scenes(scene: str, keys: list[int]) -> dict[str, Iterator[dict[str, Any]]]:
+    """Returns the tables of the log, the scene and the map, of one row each."""
+    log = token("log", scene)
+    about = {"logfile": "", "vehicle": "raycam", "date_captured": "1970-01-01", "location": "raycam"}
+    row = {
+        "token": token("scene", scene),
+        "log_token": log,
+        "nbr_samples": len(keys),
+        "first_sample_token": token("sample", keys[0]),
+        "last_sample_token": token("sample", keys[-1]),
+        "name": scene,
+        "description": "simulated by raycam",
+    }
+    area = {"token": token("map"), "log_tokens": [log], "category": "semantic_prior", "filename": MAP}
+    return {"log": iter([{"token": log, **about}]), "scene": iter([row]), "map": iter([area])}
 
 
 def _json_list(rows: Iterator[dict[str, Any]]) -> Iterator[bytes]:
