@@ -67,7 +67,7 @@ class Cameras(Mapping[str, Camera]):
         return self._made[name]
 
     def _sized(self, name: str, camera: Camera) -> Camera:
-        """The camera with pictures of the size that the caller gave; raises `CameraError` for another aspect."""
+        """The camera with images of the size that the caller gave; raises `CameraError` for another aspect."""
         if self._size is None or camera.size == self._size:
             return camera
         (width, height), (new_width, new_height) = camera.size, self._size
@@ -188,7 +188,7 @@ def load_cameras(
 
     A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is
     opened by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside.
-    `size` (width, height) is for files without a size, where no picture lies beside either; cameras that have another
+    `size` (width, height) is for files without a size, where no image lies beside either; cameras that have another
     one are resized to it, or refused where the aspect differs. `model` is the lens model for coefficients whose
     model the file does not specify, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and
     `axes` are those of matrices whose file states neither ("poses"; without them a notice says what was taken). Each

@@ -121,7 +121,7 @@ ARM_PARTS = {
 
 
 def _self_test() -> str:
-    """Compares a picture with the reference, pixel by pixel."""
+    """Compares an image with the reference, pixel by pixel."""
     world = World()
     world.add_object(box={"size": 1}, color="#c83c28")
     world.add_object(torus={"radius": 1.1, "tube": 0.2, "segments": 12}, pitch=25, color="#3c64c8")
@@ -132,11 +132,15 @@ def _self_test() -> str:
     differ = (frame["instance"] != oracle["instance"]) | (frame["triangle"] != oracle["triangle"])
     if differ.any():
         raise Error(
-            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's"
+            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's",
+            code="failed_selftest",
         )
     hit = frame["instance"] >= 0
     error = np.abs(frame["depth"][hit] / oracle["depth"][hit] - 1.0).max()
     same = np.abs(frame["color"] - oracle["color"]).max()
     if error > 1e-6 or same > 1e-6:
-        raise Error(f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}")
+        raise Error(
+            f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}",
+            code="failed_selftest",
+        )
     return f"{differ.size} pixels as the reference has them, {int(hit.sum())} of them hit"

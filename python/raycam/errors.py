@@ -1,7 +1,7 @@
 """Exceptions of raycam, by cause.
 
-A missing file is a `FileNotFoundError`, and every other fault of the file system is its own `OSError`, as
-everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
+A missing file raises `FileNotFoundError`, and other faults of the file system raise their own `OSError`, as
+everywhere in Python. All others are subclasses of `Error`, and most also of `ValueError`.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ __all__ = [
     "Error",
     "FormatError",
     "JobError",
+    "NetworkError",
     "Notice",
     "SettingsError",
     "WorldError",
@@ -122,6 +123,12 @@ class SettingsError(Error, ValueError):
     """Invalid settings or arrays."""
 
     code = "invalid_settings"
+
+
+class NetworkError(Error, OSError):
+    """A network connection that cannot be opened, or that was lost; `errno` is set if the system reports one."""
+
+    code = "cluster_unreachable"
 
 
 def with_code(error: OSError) -> OSError:

@@ -40,15 +40,15 @@ def flow(
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
     scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
     depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
-    occluded   bool [h, w]       the point is inside the second picture, but hidden there                   False
-    outside    bool [h, w]       the point is not inside the second picture                                 False
+    occluded   bool [h, w]       the point is inside the second image, but hidden there                   False
+    outside    bool [h, w]       the point is not inside the second image                                 False
     ========== ================= ========================================================================== ==========
 
     The last column is the value of pixels that show the background. `flow` is also NaN where `camera2` has no image of
     the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a
     surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
 
-    With a rolling shutter, each line shows the world at its own time, in both pictures. In the second picture, points
+    With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
     move linearly between the times of two lines.
 
     Raises `WorldError` where the worlds differ in objects or triangles, and where the second camera reads its lines
@@ -71,10 +71,10 @@ def disparity(
     of: Literal["left", "right"] = "left",
     threads: int | None = None,
 ) -> Maps:
-    """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
+    """The disparity of a rectified pair, x_left - x_right in pixels, in the image of one of its cameras.
 
     The pair is two cameras, or the first two cameras of a rig, left and right; names of cameras and rigs of the world,
-    and paths, will do. `of` chooses the picture. Returns
+    and paths, will do. `of` chooses the image. Returns
     `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera,
     as `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 

@@ -21,18 +21,18 @@ __all__ = ["Keypoints", "keypoints"]
 
 @dataclass(frozen=True)
 class Keypoints:
-    """The images of n points in one picture."""
+    """The images of n points in one image."""
 
     points: Floats
     """Positions in the world [n, 3] at the time of exposure, metres; points without an image are taken at time 0."""
     pixels: Floats
     """Pixel coordinates [n, 2]; NaN where the camera has no image of the point."""
     in_picture: Bools
-    """True [n] for images inside the picture."""
+    """True [n] for images inside the image."""
     visible: Bools
-    """True [n] for images inside the picture that nothing occludes."""
+    """True [n] for images inside the image that nothing occludes."""
     occluder: npt.NDArray[np.int32]
-    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the picture."""
+    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the image."""
     on_surface: Bools
     """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
 

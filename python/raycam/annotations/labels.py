@@ -57,7 +57,7 @@ class Box3D:
 
 @dataclass(frozen=True)
 class Label:
-    """One object in one picture. Boxes are (x, y, width, height) in pixels from the picture's top left corner."""
+    """One object in one image. Boxes are (x, y, width, height) in pixels from the image's top left corner."""
 
     object: int
     """The object's id in the channel `instance`."""
@@ -76,11 +76,11 @@ class Label:
     box3d: Box3D
     """The oriented box around the object in the world."""
     size: tuple[int, int]
-    """The picture's (width, height) in pixels."""
+    """The image's (width, height) in pixels."""
 
     @property
     def amodal_box(self) -> Region:
-        """The bounding box of the amodal mask; it may reach beyond the picture."""
+        """The bounding box of the amodal mask; it may reach beyond the image."""
         return self.region
 
     @cached_property
@@ -104,12 +104,12 @@ class Label:
 
     @property
     def visible_fraction(self) -> float:
-        """The fraction of the amodal mask that is visible; occluders and the picture's edge both reduce it."""
+        """The fraction of the amodal mask that is visible; occluders and the image's edge both reduce it."""
         return self.visible_pixels / self.amodal_pixels
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The fraction of the amodal mask that lies outside the picture, as far as the margin reaches."""
+        """The fraction of the amodal mask that lies outside the image, as far as the margin reaches."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def __repr__(self) -> str:
@@ -121,7 +121,7 @@ class Label:
         )
 
     def in_picture(self, mask: Bools) -> Bools:
-        """Returns a mask of `region` as a mask of the whole picture, [height, width]."""
+        """Returns a mask of `region` as a mask of the whole image, [height, width]."""
         width, height = self.size
         whole_mask = np.zeros((height, width), dtype=bool)
         x, y, w, h = self.region
@@ -145,11 +145,11 @@ def label(
     Without `objects`, all but shadow catchers have labels.
 
     Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
-    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
-    amodal masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter,
-    each line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
+    not given), the amodal mask shows each object alone. `margin` columns and rows around the image count to the
+    amodal masks (default: the image's width and height on every side, as in the BOP toolkit). With a rolling shutter,
+    each line has its own time, as in the image; `box3d` belongs to the middle of the exposure.
 
-    Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
+    Raises `SettingsError` for unknown objects, and for an `instance` of another size than the image.
     """
     world = world_of(world)
     camera = camera_of(world, camera)

@@ -219,7 +219,7 @@ def _measure(
 
 
 def tile_order(width: int, height: int) -> Floats:
-    """The pixel centres [n, 2] of a picture in tiles of 8 x 8, so that neighbours stay together."""
+    """The pixel centres [n, 2] of an image in tiles of 8 x 8, so that neighbours stay together."""
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))
     return floats("pixels", np.stack([u[order], v[order]], -1), ("n", 2))

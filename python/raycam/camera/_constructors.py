@@ -57,7 +57,7 @@ class Constructors(CameraGeometry):
 
         If the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are parallel
         lines without an origin, so that everything is visible. The camera is affine if the last row is 0 0 0 w. The
-        direction of the rays is the one in which the picture is not mirrored. Depth, which may be negative, is measured
+        direction of the rays is the one in which the image is not mirrored. Depth, which may be negative, is measured
         from the plane through the world's origin.
 
         Source: Hartley and Zisserman, sections 6.2.3, 6.2.4 and 6.3.
@@ -99,7 +99,7 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """A camera at `eye` [3] that sees `target` [3] at its principal point.
 
-        `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the
+        `up` is the world direction that points upwards in the image: "z", "y", or a vector [3] not parallel to the
         view. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
         """
         if all(view.get(name) is None for name in ("focal", "fov", "K")):
@@ -158,7 +158,7 @@ class Constructors(CameraGeometry):
 
         The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in
         pixels; the lens is as in `Camera`. The axes are OpenGL's, the pixels are not: `pixel_center` is "integer"
-        unless given, and a K with cx = width / 2 in the middle of the picture is of "half".
+        unless given, and a K with cx = width / 2 in the middle of the image is of "half".
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError).tolist()
         coefficients, pixel_center = read_lens(lens)
@@ -320,9 +320,9 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A camera with parallel rays and square pixels, whose picture is `height` world units high.
+        """A camera with parallel rays and square pixels, whose image is `height` world units high.
 
-        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the middle of the picture. Rays
+        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the middle of the image. Rays
         start on the image plane through `location`: surfaces behind the plane are not visible, and depth is measured
         from it. The last row of `P` is 0 0 0 1. `K` is in pixels per world unit.
         """
@@ -348,7 +348,7 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """A panorama of all directions from `location` [3]: 360 degrees across, 180 down.
 
-        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the picture
+        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the image
         is as in `from_pose`; the left and right edges look backwards. In camera axes, longitude is atan2(x, z) and
         latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the camera;
         the channel `distance` has the ray length. Part of a panorama is a camera with `model="equirectangular"` and a
@@ -371,7 +371,7 @@ class Constructors(CameraGeometry):
         """A panorama on a cylinder around the camera's y axis, from `location` [3]: 360 degrees across.
 
         Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are
-        square at the horizon, in the middle of the picture. Vertical lines stay straight.
+        square at the horizon, in the middle of the image. Vertical lines stay straight.
         """
         return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
 

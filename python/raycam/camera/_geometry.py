@@ -139,7 +139,7 @@ class CameraGeometry(DictSerializable):
 
     @property
     def corner(self) -> float:
-        """Both pixel coordinates of the picture's top left corner: -0.5 for `pixel_center` "integer", else 0."""
+        """Both pixel coordinates of the image's top left corner: -0.5 for `pixel_center` "integer", else 0."""
         return -0.5 if self.pixel_center == "integer" else 0.0
 
     @property

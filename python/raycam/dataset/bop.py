@@ -55,7 +55,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
+    """Makes colour, depth and masks of an image, and its rows of scene_camera, scene_gt and scene_gt_info."""
     world, number = in_world(plan, number)
     shot = scene(plan, world).shot(number)
     own = models(shot.plan)
@@ -114,7 +114,7 @@ def box(pixels: Region | None) -> list[int]:
 
 
 def annotation(item: Label, model: int) -> Record:
-    """One object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the picture."""
+    """One object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the image."""
     x, y, width, height = item.amodal_box
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + width, item.size[0]), min(y + height, item.size[1])
@@ -177,7 +177,7 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
 
 
 def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
-    """Iterates over the text of a JSON object with a row per picture; models have their ids in the data set."""
+    """Iterates over the text of a JSON object with a row per image; models have their ids in the data set."""
     yield b"{"
     for number, record in enumerate(records()):
         row = record[key]
@@ -190,7 +190,7 @@ def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, in
 def coco_rows(
     records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int], modal: bool
 ) -> Iterator[bytes]:
-    """The scene in COCO's format, with boxes around the visible part (`modal`) or the whole object in the picture.
+    """The scene in COCO's format, with boxes around the visible part (`modal`) or the whole object in the image.
 
     Source: the BOP toolkit's scripts/calc_gt_coco.py.
     """
@@ -216,7 +216,7 @@ def coco_rows(
 
 
 def camera_json(camera: Camera) -> Record:
-    """The contents of camera.json: the first camera. The cameras of all pictures are in scene_camera.json."""
+    """The contents of camera.json: the first camera. The cameras of all images are in scene_camera.json."""
     k = k_with_integer_centers(camera)
     width, height = camera.size
     return {

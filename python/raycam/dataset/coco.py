@@ -49,7 +49,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its annotations without ids."""
+    """Makes an image, and its annotations without ids."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     width, height = shot.camera.size
@@ -123,7 +123,7 @@ def annotation(shot: Shot, item: Label) -> Record:
 
 
 def segmentation(item: Label, kind: str) -> Any:
-    """The visible mask as compressed run lengths of the whole picture, or as polygons around its pixels."""
+    """The visible mask as compressed run lengths of the whole image, or as polygons around its pixels."""
     if kind == "rle":
         mask = item.in_picture(item.visible_mask)
         return {"size": list(mask.shape), "counts": _core.mask_runs(mask)}
@@ -139,7 +139,7 @@ def polygons(mask: Bools) -> list[list[list[int]]]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the annotation file of all pictures in pieces, so that memory does not grow."""
+    """Makes the annotation file of all images in pieces, so that memory does not grow."""
     yield "annotations/instances.json", parts(plan, records)
 
 

@@ -53,12 +53,12 @@ def model(camera: Camera) -> str:
 
 
 def image_name(plan: Plan, number: int) -> str:
-    """The name of a picture: that of the source's image, with _ for spaces, which COLMAP's text has between fields."""
+    """The name of an image: that of the source's image, with _ for spaces, which COLMAP's text has between fields."""
     return "_".join(plan.picture_name(number).split()) + ".png"
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its part of the points: random pixels that show a surface, with their base colours."""
+    """Makes an image, and its part of the points: random pixels that show a surface, with their base colours."""
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
     rows, columns = np.nonzero(in_front(shot.camera, frame["position"]))
@@ -125,7 +125,7 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
 
 
 def points3d(points: Floats, colors: npt.NDArray[np.uint8], tracks: Tracks) -> Iterator[bytes]:
-    """Iterates over the lines of points3D.txt: points, and the pictures that show them."""
+    """Iterates over the lines of points3D.txt: points, and the images that show them."""
     yield b"# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
     for number, (point, (r, g, b), track) in enumerate(zip(points, colors, tracks, strict=True), 1):
         text = " ".join(f"{picture + 1} {place}" for picture, place in zip(*track, strict=True))

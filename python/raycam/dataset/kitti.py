@@ -26,7 +26,7 @@ OPTIONS = {"baseline": None, "flow": False}
 MAX_U16 = 65535 / 256
 """The greatest depth in metres, and disparity in pixels."""
 CLEAR, PARTLY = 0.95, 0.5
-"""Thresholds of the visible fraction of an object's part in the picture: above the first fully visible (0), above the
+"""Thresholds of the visible fraction of an object's part in the image: above the first fully visible (0), above the
 second partly occluded (1), else largely occluded (2)."""
 
 
@@ -73,7 +73,7 @@ def check(plan: Plan) -> None:
 
 
 def units(plan: Plan) -> int:
-    """The number of pictures of the left camera."""
+    """The number of images of the left camera."""
     return len(plan.rigs) or len(plan.shots)
 
 
@@ -179,7 +179,7 @@ def wrapped(angle: float) -> float:
 
 
 def calibration(camera: Camera, other: Camera | None) -> str:
-    """The calibration file of a picture, in the axes of the left colour camera; there is no scanner.
+    """The calibration file of an image, in the axes of the left colour camera; there is no scanner.
 
     P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right one, whose principal point may be another.
     """

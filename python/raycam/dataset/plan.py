@@ -68,7 +68,7 @@ class Format:
     many_worlds: bool = False
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
-    """True if the format stores one pose and K for each picture."""
+    """True if the format stores one pose and K for each image."""
     notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 
@@ -91,7 +91,7 @@ class View:
     label: str | None = None
     """The name of the camera where it was given with one."""
     image: str | None = None
-    """The name of the camera's picture in the file that the camera is from."""
+    """The name of the camera's image in the file that the camera is from."""
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     """Sensors to sample at the time of this view, by name."""
 
@@ -126,7 +126,7 @@ class Plan:
         self.whole = known
         """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
         self.watch: Callable[[int, int], object] | None = None
-        """The `progress` of `raycam.render`; an exception from it stops the picture."""
+        """The `progress` of `raycam.render`; an exception from it stops the image."""
         self._worlds: OrderedDict[int, World] = OrderedDict()
         self._lock = Lock()
 
@@ -146,7 +146,7 @@ class Plan:
 
     @cached_property
     def picture_names(self) -> list[str]:
-        """The names of the pictures without ending: those of the source's images, else six digits."""
+        """The names of the images without ending: those of the source's images, else six digits."""
         names: dict[str, None] = {}
         known: set[str] = set()
         for number, view in enumerate(self.shots):
@@ -164,7 +164,7 @@ class Plan:
         return list(names)
 
     def picture_name(self, number: int) -> str:
-        """The name of a view's picture without ending."""
+        """The name of a view's image without ending."""
         return self.picture_names[number]
 
     def shot(self, number: int) -> Shot:
@@ -255,7 +255,7 @@ class Shot:
 
     @property
     def background_name(self) -> str | None:
-        """The name of the picture that the recipe draws for the view, in its folder; None without one."""
+        """The name of the image that the recipe draws for the view, in its folder; None without one."""
         recipe, world = self.plan.recipe, self.view.world
         return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 

@@ -39,7 +39,7 @@ def check(plan: Plan) -> None:
 
 
 def check_tum(plan: Plan) -> None:
-    """Raises an error if two pictures would have the same name, a time with six decimals."""
+    """Raises an error if two images would have the same name, a time with six decimals."""
     check(plan)
     views: dict[str, int] = {}
     for number in range(len(plan.shots)):
@@ -68,7 +68,7 @@ def make_tum(plan: Plan, number: int) -> Made:
 
 
 def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the lists of pictures, the trajectory (camera to world), and the camera."""
+    """Makes the lists of images, the trajectory (camera to world), and the camera."""
     times = [timestamp(plan, number) for number in range(len(plan.shots))]
     for kind in ("rgb", "depth"):
         yield (

@@ -173,7 +173,7 @@ def write(
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
     * "photos": depth, normals and masks under the names of photographs; options and layouts as in `raycam.photo_truth`
 
-    Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
+    Images are numbered, 000000.png; "coco", "colmap" and "nerf" give the images of `load_cameras` the names that
     the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
     pose as well.
 
@@ -202,7 +202,7 @@ def write(
     `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of views;
     "colmap" keeps one bit for each point and view in a temporary file. `progress(done, total, failed)` is called after
     each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` have counts, seeds, versions and
-    `licence`, that of the pictures.
+    `licence`, that of the images.
 
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
     not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.

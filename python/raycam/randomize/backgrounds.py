@@ -18,12 +18,12 @@ ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 
 
 class BackgroundFolder:
-    """The pictures of a folder, of which each camera of each world has one behind it.
+    """The images of a folder, of which each camera of each world has one behind it.
 
     `given` is the key `background` of a recipe in `folder`: the name of a folder in it, or a table {folder, fit}; with
-    `fit = "cover"`, which is the default, pictures are cut to the frame. Folders in it are searched too.
+    `fit = "cover"`, which is the default, images are cut to the frame. Folders in it are searched too.
 
-    Raises `WorldError` for other keys, for a folder outside, and for one without pictures.
+    Raises `WorldError` for other keys, for a folder outside, and for one without images.
     """
 
     def __init__(self, given: Any, folder: Path) -> None:
@@ -61,7 +61,7 @@ class BackgroundFolder:
             path for path in paths if path.is_file() and path.resolve().is_relative_to(folder.resolve())
         ]
         self.files = sorted(path.relative_to(self._root).as_posix() for path in inside)
-        """The names of the pictures in the folder, sorted."""
+        """The names of the images in the folder, sorted."""
         if not self.files:
             raise WorldError(
                 f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}",
@@ -70,12 +70,12 @@ class BackgroundFolder:
 
     @property
     def stamp(self) -> str:
-        """The SHA-256 of the names and sizes of the pictures."""
+        """The SHA-256 of the names and sizes of the images."""
         sizes = (f"{name} {(self._root / name).stat().st_size}\n" for name in self.files)
         return hashlib.sha256("".join(sizes).encode()).hexdigest()
 
     def name_of(self, draw: RandomStream) -> str:
-        """The name of the picture of a random stream, in the folder."""
+        """The name of the image of a random stream, in the folder."""
         return self.files[draw.integer(0, len(self.files) - 1)]
 
     def background(self, draw: RandomStream) -> Background:

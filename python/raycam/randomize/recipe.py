@@ -69,7 +69,7 @@ class Recipe:
       whose file does not state it.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
-    * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
+    * `background = { folder = "photos" }`, or the name of the folder, lays one of its images behind each camera of
       each world, cut to the frame (`fit = "cover"`); with `fit = "exact"`, they are photographs of the cameras' size.
     * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
     * `seed` (0).
@@ -149,22 +149,22 @@ class Recipe:
 
     @cached_property
     def backgrounds(self) -> BackgroundFolder | None:
-        """The pictures that are laid behind cameras; None without `background`."""
+        """The images that are laid behind cameras; None without `background`."""
         given = self.description.get("background")
         return None if given is None else BackgroundFolder(given, self.folder)
 
     def background(self, number: int, camera: str) -> Background | None:
-        """The picture behind a camera of world `number`, by its name; None without `background`."""
+        """The image behind a camera of world `number`, by its name; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.background(self._behind(number, camera))
 
     def background_name(self, number: int, camera: str) -> str | None:
-        """The name of `background`'s picture in the folder of backgrounds."""
+        """The name of `background`'s image in the folder of backgrounds."""
         folder = self.backgrounds
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of the picture behind a camera, whatever else is drawn again."""
+        """The random stream of the image behind a camera, whatever else is drawn again."""
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -235,7 +235,7 @@ class Recipe:
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
-        """The world with pictures behind its cameras that have none, but for those of rigs."""
+        """The world with images behind its cameras that have none, but for those of rigs."""
         if self.backgrounds is not None:
             mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
             for name, camera in world.cameras.items():

@@ -24,15 +24,15 @@ UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_no
 
 
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """A channel [h, w, ...] as an sRGB picture, uint8 [h, w, 3]; the background is black.
+    """A channel [h, w, ...] as an sRGB image, uint8 [h, w, 3]; the background is black.
 
     * `color`, `albedo` and `shadow`: sRGB, as in PNG.
     * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
     * ids: a colour each, which depends on the id alone: hue id * 0.618034 (modulo 1), saturation and value between 0.55
       and 1.
     * `barycentric`: the weights as red, green and blue. `uv`: u and v (modulo 1) as red and green.
-    * `position`: x, y and z from the lowest to the highest value of the picture as red, green and blue.
-    * other numbers: viridis from the lowest (dark) to the highest finite value of the picture; `depth` and `distance`
+    * `position`: x, y and z from the lowest to the highest value of the image as red, green and blue.
+    * other numbers: viridis from the lowest (dark) to the highest finite value of the image; `depth` and `distance`
       from the farthest (dark) to the nearest; `coverage` and `alpha` from 0 to 1.
     """
     if name in ("color", "albedo", "shadow"):

@@ -27,7 +27,7 @@ MIN_CATCHER_RADIANCE = 1e-9
 def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
     """The frame, rendered with `transparent_background=True`, in front of a background; see `Frame.over`.
 
-    The result shows the frame as its exposure and view have it, and the picture as it is. `keep` names channels of
+    The result shows the frame as its exposure and view have it, and the image as it is. `keep` names channels of
     `alpha` and `shadow` that the result has too. Raises `SettingsError` for a frame without opacity, and the errors of
     `picture_behind`.
     """
@@ -74,7 +74,7 @@ def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) ->
 
 
 def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
-    """The frame with the shadow of the studio's floor; `shadowed` is the same picture with that floor."""
+    """The frame with the shadow of the studio's floor; `shadowed` is the same image with that floor."""
     color, left, lit = frame["color"], 1 - frame["alpha"][..., np.newaxis], shadowed["color"]
     floor = np.clip(lit - color, 0, left * FLOOR)
     share = floor / np.maximum(left * np.float32(FLOOR), np.float32(1e-6))

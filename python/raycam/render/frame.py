@@ -32,7 +32,7 @@ Channels = dict[str, npt.NDArray[Any]]
 
 
 class Frame(Mapping[str, npt.NDArray[Any]]):
-    """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
+    """An image with its ground truth: a mapping from channel names to arrays, row 0 at the top.
 
     ===================== ======= ========= =========================================================== ==========
     channel               dtype   shape                                                                 background
@@ -78,15 +78,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         self.camera = camera
         """The camera; None for a frame merged from several cameras."""
         self.size = size
-        """(width, height) of the whole picture."""
+        """(width, height) of the whole image."""
         self.region = region or (0, 0, *size)
         """(x, y, width, height) of the part that the arrays hold."""
         self.exposure = exposure
-        """The exposure of sRGB pictures in stops, each of which doubles the brightness; the arrays do not change."""
+        """The exposure of sRGB images in stops, each of which doubles the brightness; the arrays do not change."""
         self.view = view
-        """The view transform of sRGB pictures for values above 1: one of `VIEWS`."""
+        """The view transform of sRGB images for values above 1: one of `VIEWS`."""
         self.transparent = transparent
-        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity.
+        """True for a transparent background: the colour is premultiplied by `alpha`, and images have an opacity.
 
         Their opacity is that of the objects and of the mean shadow; EXR has the two apart.
         """
@@ -223,11 +223,11 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return show(self, **options)
 
     def over(self, background: Any) -> Frame:
-        """The frame in front of a background: a colour, a picture's path, an array [h, w, 3], or a `raycam.Background`.
+        """The frame in front of a background: a colour, an image's path, an array [h, w, 3], or a `raycam.Background`.
 
         The frame is one that was rendered with `transparent_background=True`. A photograph of the frame's size is used
         pixel by pixel, and its values stay as they are, whatever the frame's exposure and view; where the frame has the
-        channel `shadow`, it is darkened by it. Another picture is enlarged and cut to cover the frame, with a notice; a
+        channel `shadow`, it is darkened by it. Another image is enlarged and cut to cover the frame, with a notice; a
         `Background` with the camera that took it is warped. Arrays are linear light, or bytes in sRGB. The result is
         opaque: color + (1 - alpha) shadow background in linear light. Raises `SettingsError` for a frame without
         opacity and for what is no background, `FormatError` and `OSError` for files.
@@ -250,7 +250,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ) -> bytes:
         """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`.
 
-        Another `channel` is a picture by the rules of `raycam.render.channel_picture`, 8 bits.
+        Another `channel` is an image by the rules of `raycam.render.channel_picture`, 8 bits.
         """
         shown = self._shown(channel)
         if shown != "color":
@@ -266,7 +266,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_png(pixels(bits, exposure, view))
 
     def _shown(self, channel: str | None) -> str:
-        """The channel that a picture shows: the one asked for, colour, or the only one."""
+        """The channel that an image shows: the one asked for, colour, or the only one."""
         if channel is not None:
             return one_of("channel", channel, list(self._channels))
         return "color" if "color" in self._channels else next(iter(self._channels))
@@ -319,7 +319,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """The largest distance in pixels between a pixel's centre and the image of the surface point in that pixel.
 
         The point is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns
-        0 for an empty picture, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
+        0 for an empty image, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
         may show a point twice; the first image counts.
 
         Raises `SettingsError` without these channels or a camera.
@@ -352,7 +352,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:
-        """Merges disjoint parts of one picture that fill a rectangle; equals rendering them at once, bit for bit.
+        """Merges disjoint parts of one image that fill a rectangle; equals rendering them at once, bit for bit.
 
         Raises `SettingsError` if parts overlap, leave a gap, or differ in size or channels.
         """
@@ -390,9 +390,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
 
 PICTURES = (".png", ".jpg", ".jpeg")
-"""Endings of pictures for looking at."""
+"""Endings of images for looking at."""
 OPAQUE = (".jpg", ".jpeg", ".hdr")
-"""Endings of pictures without opacity."""
+"""Endings of images without opacity."""
 
 # File formats by ending: the encoder and its options.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
@@ -429,7 +429,7 @@ def check_save(
     """Checks, before rendering, that a file at `path` holds all of a frame of `size` with `channels`.
 
     Raises the errors of `Frame.save`, and `SettingsError` for what would be lost: other channels beside the colour of a
-    picture, and the opacity of a `transparent` frame.
+    image, and the opacity of a `transparent` frame.
     """
     target = Path(path)
     names = list(channels)

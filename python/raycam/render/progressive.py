@@ -28,7 +28,7 @@ MAX_SLICE_S = 1e6
 
 
 class Progressive:
-    """A picture to which samples are added. At any time it is that of `render` with as many samples, to the bit."""
+    """An image to which samples are added. At any time it is that of `render` with as many samples, to the bit."""
 
     def __init__(
         self,
@@ -112,7 +112,7 @@ class Progressive:
         """Adds samples to every pixel, or those of `region` (x, y, width, height) and the squares that it touches.
 
         Pixels that have more than others get fewer. Returns the samples of the pixel there that has the fewest. Raises
-        `Cancelled` once `cancel` is cancelled; every pixel is then a picture of the samples that it has.
+        `Cancelled` once `cancel` is cancelled; every pixel is then an image of the samples that it has.
         """
         count = whole("samples", samples, 1, MAX_SAMPLES)
         area = None if region is None else check_region(region)
@@ -123,13 +123,13 @@ class Progressive:
     def add_for(self, seconds: float, *, cancel: Cancel | None = None) -> int:
         """Adds samples for about this time, from the middle outwards, and returns the samples of all pixels.
 
-        It ends at a square of pixels, and at the picture's `samples`. Raises `Cancelled` as `add` does.
+        It ends at a square of pixels, and at the image's `samples`. Raises `Cancelled` as `add` does.
         """
         slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")
         return self._core.add_for(slice_s, cancel)
 
     def frame(self) -> Frame:
-        """The picture as it is. Raises `SettingsError` while a pixel has no sample."""
+        """The image as it is. Raises `SettingsError` while a pixel has no sample."""
         planes, area, notices = self._core.develop()
         return Frame(
             planes,
@@ -169,7 +169,7 @@ def progressive(
     cancel: Cancel | None = None,
     **options: Any,
 ) -> Iterator[Frame]:
-    """The frames of a picture that gets better: `for frame in raycam.progressive(world, camera): ...`.
+    """The frames of an image that gets better: `for frame in raycam.progressive(world, camera): ...`.
 
     Frames have 1, 2, 4, 8, ... samples, up to `samples` (default 16384), or come `every` so many seconds. They are
     those of `render` with so many samples, to the bit. `options` are those of `Progressive`. `cancel` ends the loop.

@@ -56,7 +56,7 @@ def rotation(left: Camera, right: Camera) -> Floats:
 
 
 def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
-    """A K for both cameras: the middles of the old pictures lie, on average, in the middle of the new ones."""
+    """A K for both cameras: the middles of the old images lie, on average, in the middle of the new ones."""
     focal = (left.K[1, 1] + right.K[1, 1]) / 2.0
     seen = []
     for camera in (left, right):
@@ -73,5 +73,5 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
 
 
 def _middle(size: tuple[int, int], camera: Camera) -> Floats:
-    """The pixel coordinates of the middle of a picture."""
+    """The pixel coordinates of the middle of an image."""
     return np.array(size) / 2.0 + camera.corner

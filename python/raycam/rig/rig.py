@@ -295,7 +295,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             return self
         return self._moved(_core.Rig.from_dict({**table, **_pose(self)}, self._up))
 
-    # Pictures ---------------------------------------------------------------------------------------------
+    # Images ---------------------------------------------------------------------------------------------
 
     def render(
         self,
@@ -331,7 +331,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
         Both get the rotation halfway between theirs, turned by the smallest angle that puts x along the baseline, and
         the same `K`. The default `K` has the mean of their focal lengths along y, and a principal point that keeps the
-        middles of both pictures in the middle on average. The default `size` is the left camera's. The body is the left
+        middles of both images in the middle on average. The default `size` is the left camera's. The body is the left
         camera.
 
         Raises `CameraError` if the second camera is not to the right of the first (but above, below, or to the left),

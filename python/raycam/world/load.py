@@ -118,7 +118,7 @@ def _with_robots(
         with collected():
             return World._described(description, home, texture_memory, lines)
     except Error as error:
-        raise type(error)(f"{os.fspath(path)}: {error}") from None
+        raise type(error)(f"{os.fspath(path)}: {error}", code=error.code) from None
 
 
 def _load_robot(

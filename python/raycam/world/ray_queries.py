@@ -116,7 +116,7 @@ class RayQueries:
         `objects` and `exclude` choose the objects that count, by number or name. `skip=(instance, triangle)`, one for
         each ray, leaves out the triangle that a ray starts from, as a hit names it; -1 as triangle leaves out the whole
         object, -1 as instance nothing. `facing` takes hits of one side alone: "front", "back", or "material" (one-sided
-        materials from the front). `surface="solid"` passes what one sees through, as in pictures.
+        materials from the front). `surface="solid"` passes what one sees through, as in images.
 
         A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
         those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-36 to

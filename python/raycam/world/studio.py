@@ -37,7 +37,7 @@ SUN_IRRADIANCE = 2.6
 SKY_RADIANCE = 0.4
 """Radiance of the sky of `add_sun`, in W/(m² sr)."""
 ROOM_IMAGE_ROWS = 128
-"""Rows of the room's picture."""
+"""Rows of the room's image."""
 
 
 def add_ground(
@@ -142,7 +142,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     _, front, upward = axes_of(world.up)
     if camera is None:
         camera = world.default_camera()
-    for axis in (camera.R[2], -camera.R[1], front):  # forward; of a camera that looks down, the picture's up
+    for axis in (camera.R[2], -camera.R[1], front):  # forward; of a camera that looks down, the image's up
         level = axis - (axis * upward).sum() * upward
         length = float(np.sqrt((level * level).sum()))
         if length > 0.05:
@@ -159,7 +159,7 @@ def is_above(world: WorldContents, camera: Camera) -> bool:
 
 
 def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
-    """The equirectangular picture of the room, and the factor that the key light shares with it."""
+    """The equirectangular image of the room, and the factor that the key light shares with it."""
     # No sine, exponential or sum of NumPy: their last bits depend on the processor.
     heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]
@@ -168,7 +168,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     # The middle column shows +x of a z-up world, -z of a y-up one; columns run to the right.
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
-    # To the right in the picture is clockwise from above; to the right of the camera is the other way.
+    # To the right in the image is clockwise from above; to the right of the camera is the other way.
     azimuth = start - (np.arange(2 * ROOM_IMAGE_ROWS) + 0.5 - ROOM_IMAGE_ROWS)[None] * (
         180.0 / ROOM_IMAGE_ROWS
     )

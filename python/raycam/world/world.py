@@ -42,7 +42,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
     threads may use a world at the same time.
 
     `texture_memory` bounds the memory of images, in bytes or as "512 MiB". If the images with their mip maps exceed it,
-    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; pictures stay the
+    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; images stay the
     same.
     """
 
@@ -168,7 +168,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
         A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
         and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
-        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
+        no floor under a world that is seen from below. Images are best with `integrator="path"`, `max_depth=6`.
         """
         add_studio(self, camera, ground=ground)
 

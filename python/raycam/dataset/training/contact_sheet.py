@@ -22,7 +22,7 @@ MAX_PICTURES = 200
 def contact_sheet(folder: str | os.PathLike[str]) -> Path:
     """Writes `contact_sheet.html` into the folder of a data set and returns its path.
 
-    The page shows the first 200 pictures with what the set's own files say: boxes, masks, keypoints, the axes of
+    The page shows the first 200 images with what the set's own files say: boxes, masks, keypoints, the axes of
     objects with poses, and from above what the cameras see. Sets are those of "coco", "yolo", "bop", "mot", "kitti",
     "panoptic", "semantic" and "replicator".
     Raises `SettingsError` for a folder that is no such data set; `FormatError` for broken labels.

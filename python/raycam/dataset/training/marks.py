@@ -29,7 +29,7 @@ Pair = tuple[float, float]
 
 
 class Mark(NamedTuple):
-    """A label of a picture, in pixels from its top left corner."""
+    """A label of an image, in pixels from its top left corner."""
 
     name: str
     color: str
@@ -44,20 +44,20 @@ class Mark(NamedTuple):
 
 
 class LabelledPicture(NamedTuple):
-    """A picture of a data set with its labels."""
+    """An image of a data set with its labels."""
 
     file: str
     """Its path in the folder of the set."""
     size: tuple[int, int]
     marks: list[Mark]
     mask: str | None = None
-    """The path of a picture of masks, which is laid over it."""
+    """The path of an image of masks, which is laid over it."""
     has_ids: bool = False
     """True if the colours of the masks are small numbers."""
 
 
 def pictures_of(place: Path) -> list[LabelledPicture]:
-    """The pictures of a data set; raises `SettingsError` for a folder that has none of the `MARKERS`."""
+    """The images of a data set; raises `SettingsError` for a folder that has none of the `MARKERS`."""
     for pattern, read in MARKERS.items():
         if next(place.glob(pattern), None) is not None:
             return list(read(place))

@@ -216,7 +216,7 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture as PNG; its messages are in the record, for the bag."""
+    """Makes an image as PNG; its messages are in the record, for the bag."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
     frame = shot.render(["color", "instance", *(["depth"] if deep else [])])

@@ -25,7 +25,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, the picture of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
+    """Makes an image, the image of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
 
     Things are a segment each; all of a category of `stuff` are one. Objects without a category are void.
     """
@@ -64,7 +64,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the file of annotations of all pictures, in pieces."""
+    """Makes the file of annotations of all images, in pieces."""
     yield "annotations/panoptic.json", _parts(plan, records)
 
 

@@ -127,7 +127,7 @@ def box_rows(shown: list[tuple[int, Label]]) -> tuple[npt.NDArray[Any], npt.NDAr
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the files of a picture, each named by its kind and the number of the picture."""
+    """Makes the files of an image, each named by its kind and the number of the image."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "distance", "normal", "instance"])
     instance = frame["instance"]
@@ -180,7 +180,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes no further file: every picture has its own."""
+    """Makes no further file: every image has its own."""
     return iter(())
 
 

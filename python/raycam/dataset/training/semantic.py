@@ -58,7 +58,7 @@ def pascal_palette() -> npt.NDArray[np.uint8]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
+    """Makes an image, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     void = plan.options["void"]

@@ -48,7 +48,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture and its labels; a picture with nothing has an empty file."""
+    """Makes an image and its labels; an image with nothing has an empty file."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
@@ -90,7 +90,7 @@ def numbers(shot: Shot, item: Label) -> list[float]:
 
 
 def outlines(item: Label) -> list[Points]:
-    """The polygons [n, 2] around the visible pixels, from the picture's corner; the largest first."""
+    """The polygons [n, 2] around the visible pixels, from the image's corner; the largest first."""
     found = [np.array(corners, dtype=float) + item.region[:2] for corners in polygons(item.visible_mask)]
     return sorted(found, key=lambda corners: -len(corners))
 
@@ -108,7 +108,7 @@ def joined(pieces: list[Points]) -> Points:
 def rectangle(points: Points, size: Points) -> Points:
     """The corners [4, 2], in turn, of the rectangle of the least area around points: one side lies on their hull.
 
-    Loaders drop pictures whose labels leave them, and trainers clip corners: these are clipped to the picture where
+    Loaders drop images whose labels leave them, and trainers clip corners: these are clipped to the image where
     that leaves every point within a pixel, and else the upright rectangle is taken.
     """
     hull = _hull(points)
