@@ -1,4 +1,4 @@
-"""Codes of notices and errors, with the cause of each and what to do about it."""
+"""Codes of notices and errors, with their causes and remedies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The demo: a world with a scanned mesh, pictures, an explained pixel and a video, made by shell commands."""
+"""The demo: a world with a scanned mesh, and shell commands that create images, an explained pixel and a video."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ PACKAGES = {
     **{"av": "video", "pyoidn": "denoise", "usd-core": "usd", "cairosvg": "figure", "h5py": "hdf5"},
     **{"opencv-python-headless": "selfcheck", "distributed": "cluster", "embreex": "bench"},
 }
-"""Packages that raycam uses, with the extra that they come with."""
+"""Packages that raycam uses, with the extra that installs them."""
 EXTRAS = {
     "video": "video files",
     "denoise": "--denoise",
@@ -71,7 +71,7 @@ EXTRAS = {
 
 
 def wheel() -> str:
-    """The wheel that is installed, by its tags, or that it was built from source in this folder."""
+    """Returns the tags of the installed wheel, or a note that raycam was built from source in this folder."""
     try:
         installed = metadata.distribution("raycam")
         about = installed.read_text("WHEEL") or ""
@@ -84,7 +84,7 @@ def wheel() -> str:
 
 
 def processor() -> str:
-    """The name of the processor, as far as the system reports it."""
+    """Returns the processor's name, if the system reports it."""
     if sys.platform == "darwin":
         with contextlib.suppress(OSError, subprocess.SubprocessError):
             command = ["sysctl", "-n", "machdep.cpu.brand_string"]
@@ -97,7 +97,7 @@ def processor() -> str:
 
 
 def processor_in(cpuinfo: str) -> str | None:
-    """The processor in the text of /proc/cpuinfo: its name, or implementer and part where ARM has no name."""
+    """Returns the processor's name in the text of /proc/cpuinfo; for ARM without a name, implementer and part."""
     values = dict(line.split(":", 1) for line in reversed(cpuinfo.splitlines()) if ":" in line)
     named = {key.strip(): value.strip() for key, value in values.items()}
     if "model name" in named:

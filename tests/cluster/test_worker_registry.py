@@ -105,7 +105,7 @@ def test_those_that_cannot_make_frames_get_none_and_are_told_of(
     engine.workers += [engine.join(NO_RAYCAM), engine.join(OTHER_VERSION)]
     wait_for(pool, 2)
     job = Job(tmp_path, package())
-    with raises(JobError, code="invalid_job", mentions=["'raycam'"]) as fault:
+    with raises(JobError, code="workers_lost", mentions=["'raycam'"]) as fault:
         job.run(pool)
     for text in ("No module named 'raycam'", "made by raycam 0.1.0, this is 99.0"):
         assert text in str(fault.value)

@@ -77,7 +77,7 @@ def test_misses_and_refusals(engine: str) -> None:
     assert [part.shape for part in mesh.ray.intersects_id(*away)] == [(0,), (0,)]
     assert mesh.ray.intersects_first(*away).tolist() == [-1]
     assert mesh.ray.intersects_any([[0, 0, -5.0]] * 2, [[0, 0, 0.0], [np.nan] * 3]).tolist() == [False, False]
-    with raises(ValueError, mentions=["[1", "[2"]):
+    with raises(ValueError, mentions=["origin"]):
         mesh.ray.intersects_location([[0, 0, 0.0]], [[0, 0, 1.0]] * 2)
     with pytest.raises(TypeError):
         mesh.ray.intersects_location(*away, max_d=3)

@@ -65,7 +65,7 @@ def test_a_package_may_come_along(tmp_path: Path) -> None:
 
 def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = package()
-    with raises(PackageNotFound, mentions=[one.id, "nowhere"]):
+    with raises(PackageNotFound, mentions=[one.id[:12], "nowhere"]):
         render_frame(FrameTask(one.id, "nowhere", 1))
     path = put(tmp_path, one)
     with raises(PackageNotFound, mentions=["000000000000"]):

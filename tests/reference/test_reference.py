@@ -286,12 +286,12 @@ def test_an_empty_world_is_background():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"triangles": np.zeros((2, 3))}, fault(None, "[n, 3]", "[2")),
+        ({"triangles": np.zeros((2, 3))}, fault(None, "[n, 3, 3]", "[2, 3]")),
         ({"triangles": [[[np.nan] * 3] * 3]}, fault(None)),
         ({"P": np.eye(3)}, fault(None, "[3, 4]", "3]")),
         ({"P": np.ones((3, 4))}, fault(None, "3 x 3")),
         ({"P": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]}, fault(None, "3 x 3")),
-        ({"colors": np.zeros((4, 3))}, fault(None, "[1, 3]", "[4")),
+        ({"colors": np.zeros((4, 3))}, fault(None, "[1, 3]")),
         ({"pixel_center": "middle"}, fault(None, "pixel_center", '"integer"', '"half"')),
     ],
 )

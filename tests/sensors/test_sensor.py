@@ -62,7 +62,7 @@ def test_camera_pose_maps_the_camera_axes_to_the_world() -> None:
     np.testing.assert_allclose(posed.pose[:3, 3], [1, 2, 3])
     forward = posed.pose[:3, :3] @ [0, 0, 1]
     np.testing.assert_allclose(forward, [np.cos(np.pi / 6), np.sin(np.pi / 6), 0], atol=1e-12)
-    with raises(raycam.CameraError, code="invalid_camera", mentions=["at_pose"]):
+    with raises(raycam.CameraError, code="read_only", mentions=["at_pose"]):
         posed.pose[0, 3] = 1
 
 

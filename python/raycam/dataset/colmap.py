@@ -24,7 +24,7 @@ __all__ = ["FORMAT"]
 
 OPTIONS = {"points": 10_000}
 BATCH = 1024
-"""Points that are projected at a time."""
+"""Number of points projected at a time."""
 FRONT = 1e-12
 """Minimum depth in metres, slightly more than COLMAP requires."""
 
@@ -46,14 +46,16 @@ def check(plan: Plan) -> None:
 
 
 def model(camera: Camera) -> str:
-    """The line of a camera in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
+    """Returns a camera's line in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
     name, numbers = camera.colmap
     width, height = camera.size
     return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
 def image_name(plan: Plan, number: int) -> str:
-    """The name of an image: that of the source's image, with _ for spaces, which COLMAP's text has between fields."""
+    """Returns an image's name: that of the source image, with _ for spaces, which separate fields in COLMAP's text
+    files.
+    """
     return "_".join(plan.picture_name(number).split()) + ".png"
 
 
@@ -72,7 +74,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
-    """True for points [..., 3] in front of the camera's plane, which COLMAP requires of any lens; False for NaN."""
+    """Returns True for points [..., 3] in front of the camera's plane, as COLMAP requires for any lens; False for
+    NaN.
+    """
     found: npt.NDArray[np.bool_] = product(points - camera.C, camera.R[2]) > FRONT
     return found
 
@@ -84,7 +88,7 @@ def srgb(linear: npt.NDArray[np.float32]) -> Floats:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the model files; every point is projected into every view, and observed if visible and not moved."""
+    """Makes the model files; a point is observed in every view in which it is visible and has not moved."""
     known: dict[tuple[str, str], int] = {}
     ids = []
     for view in plan.shots:  # cameras are distinguished by intrinsics, and by their mount on a rig

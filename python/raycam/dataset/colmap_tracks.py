@@ -1,4 +1,4 @@
-"""Tracks of a COLMAP model on disk: written picture by picture, read back point by point."""
+"""Tracks of a COLMAP model on disk, which are written image by image and read point by point."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..arguments import Bools
 __all__ = ["Tracks"]
 
 CELLS = 1 << 16
-"""Limit of points times images in memory."""
+"""Maximum number of points times images in memory."""
 PART = 1 << 16
 """Bytes of the file that are read at a time, at least the row of one image."""
 

@@ -1,4 +1,4 @@
-"""Reading photographs, and their colours at fractional pixels."""
+"""Reading of photographs, and their colours at fractional pixels."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..notices import warn_all
 __all__ = ["Photos", "Pyramid", "read_photo"]
 
 Photos = str | os.PathLike[str] | Mapping[str, Any]
-"""A folder with the photographs, or paths or arrays by the photographs' names."""
+"""A folder with the photographs, or a mapping from their names to paths or arrays."""
 
 
 def read_photo(photos: Photos, name: str, camera: Camera) -> npt.NDArray[np.float32]:
-    """The photograph of this name, linear [h, w, 4] with opacity.
+    """Returns the photograph of this name, linear [h, w, 4] with opacity.
 
-    Raises `SettingsError` if its size is not the camera's, `FormatError` and `OSError` for its file.
+    Raises `SettingsError` if it does not have the camera's size, `FormatError` and `OSError` for its file.
     """
     given = photos[name] if isinstance(photos, Mapping) else Path(photos) / name
     if isinstance(given, np.ndarray):
@@ -46,7 +46,7 @@ def read_photo(photos: Photos, name: str, camera: Camera) -> npt.NDArray[np.floa
 
 
 class Pyramid:
-    """A photograph with its halvings, for lookups of a footprint."""
+    """A photograph at full, half, quarter, ... size, for lookups with a footprint."""
 
     def __init__(self, photo: npt.NDArray[np.float32]) -> None:
         self.levels = [photo]
@@ -58,7 +58,9 @@ class Pyramid:
             )
 
     def at(self, places: Floats, footprint: Floats) -> npt.NDArray[np.float32]:
-        """Colours [n, 4] at places [n, 2] in pixels from the image's corner, averaged over `footprint` [n] pixels."""
+        """Returns colours [n, 4] at `places` [n, 2] in pixels from the image's corner, averaged over `footprint` [n]
+        pixels.
+        """
         level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, len(self.levels) - 1)
         low = np.floor(level).astype(int)
         share = (level - low)[:, None]

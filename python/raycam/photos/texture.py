@@ -1,4 +1,4 @@
-"""Textures from photographs: the robust mean of the colours in which cameras see each texel."""
+"""Textures from photographs: each texel is the robust mean of its colours in the photographs."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from .visibility import side_of
 __all__ = ["PhotoTexture", "texture_from_photos"]
 
 MAX_BLENDED_VIEWS = 8
-"""Views of a texel that are blended: those with the largest weights."""
+"""Maximum number of views that are blended per texel: those with the largest weights."""
 MIN_COSINE = float(np.cos(np.radians(80)))
-"""Cosine of the largest angle of incidence."""
+"""Cosine of the maximum angle of incidence."""
 BORDER_WIDTH_PX = 32.0
-"""Pixels from the image's edge over which the weight rises to 1."""
+"""Distance from the image's edge at which the weight reaches 1, in pixels."""
 CHUNK_TEXELS = 1 << 19
-"""Texels in work at the same time, about 150 MB; each photograph is read once for each chunk."""
+"""Number of texels processed at a time, about 150 MB; each photograph is read once per chunk."""
 LUMINANCE_TOLERANCE = 0.06
-"""Relative difference of luminance within which views agree."""
+"""Relative difference of luminance up to which views agree."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
@@ -50,13 +50,15 @@ class PhotoTexture:
     texture: npt.NDArray[np.uint8]
     """The texture, sRGB uint8 [h, w, 3], with gutters."""
     seen: Bools
-    """True for texels that a camera sees; other texels of faces have the colour of the nearest such texel."""
+    """True for texels that are visible in a photograph; other covered texels have the colour of the nearest visible
+    texel.
+    """
     covered: Bools
-    """True for texels whose centre is in a face."""
+    """True for texels whose centre is inside a face."""
     views: npt.NDArray[np.int32]
-    """The number of cameras that see the texel."""
+    """The number of cameras from which the texel is visible."""
     disagreement: npt.NDArray[np.float32]
-    """The weighted standard deviation of luminance between views over its mean; high where poses are wrong."""
+    """Weighted standard deviation of the views' luminance divided by its mean; high if poses are wrong."""
 
 
 def texture_from_photos(
@@ -72,19 +74,21 @@ def texture_from_photos(
 ) -> PhotoTexture:
     """Computes an object's texture of `size` x `size` texels from posed photographs, through their own lenses.
 
-    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays (uint8 sRGB, or linear
-    floats). The object's texture coordinates are kept; all objects of the world occlude. A texel's colour is a mean of
-    the up to eight views with the largest weight cos²(angle) sqrt(det J) border, where J is the derivative of the pixel
-    by the surface, border rises over 32 pixels from the image's edge, and angles above 80 degrees and transparent
-    pixels do not count. Views whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out.
+    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays (uint8 sRGB, or
+    linear floats). The object's texture coordinates are used; all objects of the world occlude. A texel's colour is
+    the mean of the up to eight views with the largest weight cos²(angle) * sqrt(det J) * border. J is the derivative
+    of the pixel with respect to the surface point; border rises from 0 at the image's edge to 1 at a distance of 32
+    pixels. Angles above 80 degrees, transparent pixels, and views whose luminance differs from the weighted median by
+    more than max(3 MAD, 6 %) are ignored.
 
-    Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
-    texels surround the islands. The result is the same for any order of the photographs and any number of threads.
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), and
-    that fewer than half of the cameras look at the world.
+    Texels that are not visible in any photograph get the colour of the nearest visible texel, or magenta with
+    `show_unseen`. Gutters of 8 texels surround the islands. The result does not depend on the order of the
+    photographs or the number of threads. Notices report overlapping islands, an inside-out mesh, photographs with an
+    EXIF orientation (which is ignored), and cameras of which fewer than half show the world.
 
-    Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
-    photographs of another size than their camera, `FormatError` and `OSError` for their files.
+    Raises `WorldError` for an object that has no texture coordinates or is not visible in any photograph,
+    `SettingsError` if a photograph does not have its camera's size, `FormatError` and `OSError` for the photographs'
+    files.
 
     Source: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008.
     """
@@ -95,7 +99,8 @@ def texture_from_photos(
     mesh = object_mesh(world, number)
     if not mesh.uvs:
         raise WorldError(
-            f"object {object!r} has no texture coordinates; unwrap it first, for example in Blender"
+            f"object {object!r} has no texture coordinates; unwrap it first, for example in Blender",
+            code="missing_value",
         )
     warn_all(placement_notices(world, named))
     texels = find_texels(mesh.uvs[0], (wide, wide))
@@ -181,7 +186,8 @@ def _blend(
 def robust_mean(
     weights: npt.NDArray[np.float32], colors: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """The weighted mean [n, 3] of colours [n, k, 3] without outliers, and the relative spread [n] of luminance.
+    """Returns the weighted mean [n, 3] of colours [n, k, 3] without outliers, and the relative spread [n] of
+    luminance.
 
     Outliers differ from the weighted median of luminance by more than max(3 MAD, 6 %).
     """
@@ -203,7 +209,7 @@ def robust_mean(
 
 
 def weighted_median(values: Floats, weights: Floats) -> Floats:
-    """The lower weighted medians [n] of values [n, k]."""
+    """Returns the lower weighted medians [n] of values [n, k]."""
     order = np.argsort(values, axis=1, kind="stable")
     sums = np.cumsum(np.take_along_axis(weights, order, axis=1), axis=1)
     place = (sums < sums[:, -1:] / 2).sum(axis=1)

@@ -21,21 +21,21 @@ SEE_KEYS = ("object", "distance", "elevation", "azimuth", "roll", "coverage", "v
 """The keys of `see` in a [[camera]] of a recipe."""
 MAX_TRIES = 500
 PREVIEW_SIZE = 96
-"""The longer side in pixels of the preview that rejects most unsuitable views."""
+"""Longer side, in pixels, of the preview that rejects most unsuitable views."""
 
 
 def place_camera(
     world: World, camera: Camera, wanted: Mapping[str, Any], draw: RandomStream, what: str
 ) -> Camera:
-    """Samples a pose of `camera` that fulfils `wanted`, a function of the world, `wanted` and `draw` alone.
+    """Samples a pose of `camera` that fulfils `wanted`; returns the camera at this pose.
 
-    `wanted` has these keys. `object` is a name or a category, one of whose objects is chosen (default: any object with
-    a category, or any object). `distance` [low, high] is in metres to the centre of the object's box (default: 2 to 6
-    times the radius of the box). `elevation` (5 to 85) and `azimuth` (0 to 360) are the direction from the object to
-    the camera in degrees, `roll` (0) rotates the image. `off_center` (0.2) is the largest offset of the object's
-    centre from the image's, as a fraction of half the image's sides. `coverage` [low, high] is the fraction of the
-    image that shows the object (default: 0.001 to 1). `visible` (0.5) is the minimum fraction of the object that is
-    neither occluded nor outside the image.
+    The pose depends only on the world, `wanted` and `draw`. `wanted` has these keys. `object` is a name or a
+    category, one of whose objects is chosen (default: any object with a category, or any object). `distance` [low,
+    high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box). `elevation` (5
+    to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll` (0) rotates the
+    image. `off_center` (0.2) is the largest offset of the object's centre from the image's, as a fraction of half the
+    image's sides. `coverage` [low, high] is the fraction of the image that shows the object (default: 0.001 to 1).
+    `visible` (0.5) is the minimum fraction of the object that is neither occluded nor outside the image.
 
     Raises `WorldError` if no such view is found.
     """

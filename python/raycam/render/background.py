@@ -1,4 +1,4 @@
-"""Pictures behind frames: photographs seen through a camera, pictures that cover a frame, and colours."""
+"""Backgrounds of frames: photographs of a camera, images that cover a frame, and colours."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["numpy_background", "picture_behind"]
 Colors = npt.NDArray[np.float32]
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff", ".exr", ".hdr")
 MAX_SUBPIXELS = 8
-"""Points along each side of a pixel at which a larger image is looked up, at most."""
+"""Maximum number of samples per pixel side when a larger image is resampled."""
 
 
 def numpy_background(given: Any) -> Any:
@@ -35,13 +35,14 @@ def numpy_background(given: Any) -> Any:
 
 
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
-    """The image behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
+    """Returns the image behind a frame of `size` (width, height), [h, w, 3] in linear light, and notices.
 
     `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
-    sRGB, floats linear), or a `Background`. A path is that of a photograph where it has the size of the frame, and of a
-    image that covers the frame otherwise.
+    sRGB, floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other is
+    scaled until it covers the frame.
 
-    Raises `SettingsError` for what is none of these and for photographs of another size, `FormatError` and `OSError`.
+    Raises `SettingsError` for other types and for photographs of another size, and `FormatError` or `OSError` for
+    files.
     """
     width, height = size
     given = numpy_background(given)

@@ -1,4 +1,4 @@
-"""Many pictures in one call: of many poses of objects, and of many cameras."""
+"""Rendering of many images in one call: many poses of objects, and many cameras."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ Pixels = dict[str, npt.NDArray[Any]]
 
 
 class Frames(Sequence[Frame]):
-    """Images of one size.
+    """The images that `render_many` returns, all of one size.
 
-    `frames["depth"]` is [n, h, w] or [n, h, w, c], `frames[i]` a `Frame` that shares its memory.
+    `frames["depth"]` is an array [n, h, w] or [n, h, w, c]; `frames[i]` is a `Frame` that shares its memory.
     """
 
     def __init__(
@@ -123,23 +123,24 @@ def render_many(
     progress: Callable[[int, int], object] | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frames:
-    """Renders many images of a world, with other poses of its objects and other cameras; the world stays as it is.
+    """Renders many images of a world with different object poses and cameras; the world is not changed.
 
-    `poses` gives the matrix world_from_mesh [4, 4] of objects by name or number, or one for each image, [n, 4, 4]:
-    `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all images or one
-    for each, of one size. Image i is byte for byte that of `render` with the poses i, the camera i and `frame` + i,
-    for any number of threads, also before the photographs of the cameras (`Camera.background`) and with the shadows of
-    shadow catchers. Other arguments are those of `render`, but for `denoise` and `time_limit`.
+    `poses` maps objects, by name or number, to a matrix world_from_mesh [4, 4] for all images, or to one for each
+    image, [n, 4, 4]: `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for
+    all images, or a list with one for each image; all have the same size. `joints` maps robots, by name, to joint
+    values as in `World.set_joints`, or to one row for each image: `joints={"panda": q}` with q [n, k]. Cameras
+    mounted on these robots (`Camera.mounted`) move with them.
 
-    `joints` gives the joint values of robots by name, as `World.set_joints` takes them, or one row for each image:
-    `joints={"panda": q}` with q [n, k]. Cameras on these robots (`Camera.mounted`) follow.
+    Image i has the same bytes as `render` with the poses i, the camera i and `frame` + i, for any number of threads,
+    including background photos (`Camera.background`) and shadows on shadow catchers. The other arguments are those of
+    `render`, except `denoise` and `time_limit`.
 
-    Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` gives arrays by channel that are
-    written instead of new ones: C-contiguous, of the channel's type, [n, h, w] or [n, h, w, c]. `progress(done, total)`
-    counts images; an exception that it raises stops the work, as Ctrl-C does.
+    Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` maps channels to arrays that are
+    filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].
+    `progress(done, total)` counts images; an exception that it raises stops the work, as Ctrl-C does.
 
-    Raises `WorldError` for objects that there are not and poses that flatten, `SettingsError` for lengths and shapes
-    that do not match, and the errors of `render`.
+    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for lengths and shapes that do not
+    match, and the errors of `render`.
     """
     world = world_of(world)
     several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]

@@ -1,4 +1,4 @@
-"""Notices for pictures that show nothing: no object, no light, or nothing but white."""
+"""Notices about images without visible content: no object, no light, or only white."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MIN_PIXELS = 16
 MIN_CONTRAST = 1.25
 """The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
 PROBES_PER_SIDE = 24
-"""Rays along each side by which an image without ground truth is probed."""
+"""Number of rays along each side that probe an image without ground truth."""
 LIT_INTEGRATORS = ("direct", "path")
 """The integrators whose images show light."""
 

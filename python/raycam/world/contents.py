@@ -256,16 +256,19 @@ class WorldContents:
         )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
-        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
+        """Returns `rig` as the video moves it, at a time in seconds: by the keyframes with its name, or else like the
+        camera.
+        """
         return rig._moved(_core.world_rig_at(self._core, rig._core, float(time)))
 
     # Plain triangles --------------------------------------------------------------------------------------
 
     def triangles(self, object: int | None = None) -> Floats:
-        """The corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
+        """Returns the corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance,
+        triangle).
 
-        With `object`, the triangles of the object with this id, visible or not; raises `SettingsError` for an unknown
-        id.
+        With `object`, returns only the triangles of the object with this id, visible or not; raises `SettingsError`
+        for an unknown id.
         """
         if object is not None:
             object = whole("object", object, 0, self._core.object_count - 1)

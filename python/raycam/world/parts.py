@@ -17,7 +17,7 @@ class Object:
     name: str
     """The object's name, unique within the world."""
     category: str | None
-    """The object's class for data sets; None for none."""
+    """The object's class for data sets, or None."""
     mesh: int
     """The index of the mesh, which other objects may share."""
     triangles: int
@@ -25,9 +25,9 @@ class Object:
     matrix: Floats
     """The affine transform world_from_mesh [4, 4], read-only."""
     visible: bool = True
-    """False for an object that is in no image, shadow, light or query."""
+    """False for an object that is excluded from images, shadows, light and queries."""
     shadow_catcher: bool = False
-    """True for an object of which images with a transparent background, or a camera's, show the shadows alone."""
+    """True for an object of which images with a transparent background or a background photo show only the shadows."""
 
     def __repr__(self) -> str:
         """Number, name, category, triangles and place as text."""

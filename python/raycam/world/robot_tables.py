@@ -28,7 +28,7 @@ ROBOT_KEYS = (
 
 
 def has_robots(description: Mapping[str, Any]) -> bool:
-    """True for a world's description with robots."""
+    """Returns True for a world's description with robots."""
     return isinstance(description, Mapping) and "robot" in description
 
 

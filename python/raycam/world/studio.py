@@ -1,4 +1,4 @@
-"""The studio: a soft key light, a grey room that metals reflect, and a floor without an edge.
+"""The studio: a soft key light, a grey room that metals reflect, and a floor without a visible edge.
 
 The room's radiance below the horizon is that of the lit floor, so the floor's edge is invisible.
 """
@@ -20,18 +20,18 @@ from .framing import axes_of, without_ground
 __all__ = ["FLOOR", "add_ground", "add_studio", "add_studio_preview", "add_sun", "is_above", "studio_floor"]
 
 FLOOR = 0.62
-"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
+"""Albedo of the studio's floor, and radiance of floor and background outside shadows."""
 
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
-"""The sides of the studio's floor and of other grounds, in diagonals of the world's bounds."""
+"""Side lengths of the studio's floor and of other grounds, in diagonals of the world's bounds."""
 GROUND_GAP = 1e-4
-"""The distance between the world and the ground, in half diagonals: none of its faces lies in the ground's plane."""
+"""Gap between the world and the ground, in half diagonals, so that no face lies in the ground's plane."""
 KEY_AZIMUTH, KEY_ELEVATION, KEY_DIAMETER = -37.0, 50.0, 15.0
-"""Degrees: of the key light, to the right of the camera; above the horizon; across."""
+"""The key light's angle to the right of the camera, height above the horizon and diameter, in degrees."""
 KEY_IRRADIANCE, ROOM_RADIANCE = 2.5, 0.55
-"""The irradiance of the key light and the radiance of the room, before the floor's radiance becomes `FLOOR`."""
+"""Irradiance of the key light and radiance of the room, before both are scaled so that the floor has `FLOOR`."""
 SOFTBOXES = ((35.0, 40.0, 30.0, 50.0, 1.5), (-110.0, 35.0, 16.0, 50.0, 1.0))
-"""Lights in the room: azimuth and elevation, width and height, in degrees, and radiance."""
+"""Soft boxes in the room: azimuth, elevation, width and height in degrees, and radiance."""
 SUN_IRRADIANCE = 2.6
 """Irradiance of the sun of `add_sun`, in W/m²."""
 SKY_RADIANCE = 0.4
@@ -74,7 +74,7 @@ def add_ground(
 
 
 def studio_floor(world: WorldContents) -> dict[str, float | None]:
-    """The height and the side of the studio's floor under a world, as arguments of `add_ground`."""
+    """Returns the height and the side of the studio's floor under a world, as arguments of `add_ground`."""
     bounds = without_ground(world).bounds
     if bounds is None:
         return {"height": None, "size": 2 * FLOOR_SIDE}
@@ -152,7 +152,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
 
 
 def is_above(world: WorldContents, camera: Camera) -> bool:
-    """True if the camera stands above the lowest point of the world, and so above its ground."""
+    """Returns True if the camera is above the world's lowest point, and therefore above its ground."""
     bounds = without_ground(world).bounds
     axis = 2 if world.up == "z" else 1
     return bounds is not None and bool(camera.location[axis] > bounds[0][axis])

@@ -1,4 +1,4 @@
-"""COCO's panoptic format: a picture of segment ids and a table of segments. Source: cocodataset.org, "Data format"."""
+"""COCO's panoptic format: an image of segment ids and a table of segments. Source: cocodataset.org, "Data format"."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def check(plan: Plan) -> None:
 def make(plan: Plan, number: int) -> Made:
     """Makes an image, the image of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
 
-    Things are a segment each; all of a category of `stuff` are one. Objects without a category are void.
+    Each thing is a segment; all objects of a category in `stuff` form one segment. Objects without a category are
+    void.
     """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
