@@ -1,15 +1,24 @@
-"""The sRGB transfer function (IEC 61966-2-1)."""
+"""The sRGB transfer function (IEC 61966-2-1) and its inverse."""
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
+import numpy.typing as npt
 
-from .arguments import Floats
+__all__ = ["linear_from_srgb", "srgb_from_linear"]
 
-__all__ = ["linear_from_srgb"]
+Array = TypeVar("Array", npt.NDArray[np.float32], npt.NDArray[np.float64])
 
 
-def linear_from_srgb(values: Floats) -> Floats:
-    """Returns linear values for sRGB values from 0 to 1, of any shape."""
-    linear: Floats = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-    return linear
+def linear_from_srgb(values: Array) -> Array:
+    """Returns the linear values of sRGB values (1 = white), in the same shape and float type."""
+    high = np.power((np.maximum(values, 0.04045) + 0.055) / 1.055, 2.4)
+    return np.where(values <= 0.04045, values / 12.92, high)
+
+
+def srgb_from_linear(values: Array) -> Array:
+    """Returns the sRGB values of linear values (1 = white), in the same shape and float type."""
+    high = 1.055 * np.power(np.maximum(values, 0.0031308), 1 / 2.4) - 0.055
+    return np.where(values <= 0.0031308, 12.92 * values, high)

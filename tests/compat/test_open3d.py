@@ -233,3 +233,173 @@ def test_matrices_sizes_and_threads_are_checked() -> None:
         scene().cast_rays(np.zeros((1, 6), np.float32), nthreads=-1)
     with raises(RuntimeError, code="invalid_settings", mentions=["positions"]):
         scene().add_triangles(compat.t.geometry.TriangleMesh())
+
+
+SHAPES_OF_OPEN3D = [
+    ("box", (1, 2, 3), 8, 2246, [20.0, 52.0, 66.0], [3.428571, 6.857143, 2.285714]),
+    (
+        "sphere",
+        (0.7, 5),
+        42,
+        690075,
+        [-10.771892, -33.152476, -192.224758],
+        [-16.157483, -49.72762, -254.296108],
+    ),
+    (
+        "cylinder",
+        (0.7, 1.5, 7, 3),
+        30,
+        243117,
+        [-9.8, -20.34991, -123.25],
+        [-12.082509, -25.089589, -100.617183],
+    ),
+    ("cone", (0.7, 1.5, 7, 1), 9, 3654, [-2.45, -5.087477, 3.0], [-3.5, -7.267825, 1.0]),
+    ("cone", (0.7, 1.5, 7, 3), 23, 100821, [-4.9, -10.174955, 188.5], [-10.130568, -18.934444, 76.919477]),
+    ("torus", (2, 0.3, 5, 4), 20, 80850, [-80.0, -110.110554, -3.0], [-0.970759, -1.336135, -9.707587]),
+    ("tetrahedron", (1.3,), 4, 137, [-1.838478, -1.061446, 2.6], [-1.414214, -0.816497, 2.0]),
+    ("octahedron", (1.3,), 6, 858, [-3.9, -3.9, -3.9], [-3.0, -3.0, -3.0]),
+    ("icosahedron", (1.3,), 12, 11084, [0.0, 5.2, -13.613777], [0.0, 2.102924, -5.505528]),
+]
+"""Shapes with their sizes, and what Open3D 0.20 prints for them: the number of vertices, the sum of all
+indices times their positions in the list (from 1), and the sums of vertices and of normals times their rows."""
+
+
+@pytest.mark.parametrize(("shape", "sizes", "count", "indices", "vertices", "normals"), SHAPES_OF_OPEN3D)
+def test_shapes_equal_open3d(
+    o3d: Any, shape: str, sizes: Any, count: int, indices: int, vertices: Any, normals: Any
+) -> None:
+    legacy = getattr(o3d.geometry.TriangleMesh, f"create_{shape}")(*sizes)
+    tensors = getattr(o3d.t.geometry.TriangleMesh, f"create_{shape}")(*sizes)
+    legacy.compute_vertex_normals()
+    tensors.compute_vertex_normals()
+    rows = np.arange(1, count + 1)
+    for positions, triangles, directions in (
+        (legacy.vertices, legacy.triangles, legacy.vertex_normals),
+        (
+            tensors.vertex.positions.cpu().numpy(),
+            tensors.triangle["indices"].cpu().numpy(),
+            tensors.vertex.normals.cpu().numpy(),
+        ),
+    ):
+        assert len(positions) == count
+        faces = np.asarray(triangles)
+        assert faces.ravel() @ np.arange(1, faces.size + 1) == indices
+        np.testing.assert_allclose(rows @ np.asarray(positions), vertices, atol=2e-4)
+        np.testing.assert_allclose(rows @ np.asarray(directions), normals, atol=2e-4)
+
+
+def test_mesh_methods_equal_open3d(o3d: Any) -> None:
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    legacy = o3d.geometry.TriangleMesh.create_box(1, 2, 3).compute_vertex_normals()
+    tensors = o3d.t.geometry.TriangleMesh.create_box(1, 2, 3).compute_vertex_normals()
+    assert legacy.has_vertices()
+    assert legacy.has_triangles()
+    assert legacy.has_vertex_normals()
+    for mesh in (legacy, tensors):
+        assert mesh.get_surface_area() == pytest.approx(22)
+        mesh.rotate(turn, np.array([0.0, 0, 0])).scale(2.0, np.array([0.0, 0, 0]))
+        mesh.translate(np.array([1.0, 2, 3])).translate(np.array([0.0, 0, 1]), relative=False)
+        mesh.transform(np.diag([1.0, 1, -1, 1]))
+
+    def numbers(values: Any) -> Any:
+        return np.asarray(values.numpy() if hasattr(values, "numpy") else values)
+
+    for mesh in (legacy, tensors):
+        np.testing.assert_allclose(numbers(mesh.get_min_bound()), [-2, -1, -4], atol=1e-6)
+        np.testing.assert_allclose(numbers(mesh.get_max_bound()), [2, 1, 2], atol=1e-6)
+        np.testing.assert_allclose(numbers(mesh.get_center()), [0, 0, -1], atol=1e-6)
+    # The first corner's normal, (-6, -3, -2) / 7, rotated by 90 degrees and mirrored.
+    # Its weights are the areas 3, 3 / 2 and 1 of the triangles that meet there.
+    for normal in (legacy.vertex_normals[0], tensors.to_legacy().vertex_normals[0]):
+        np.testing.assert_allclose(normal, np.array([3, -6, 2]) / 7, atol=1e-6)
+    copied = tensors.to(o3d.core.Device("CPU:0")).clone().cpu()
+    copied.vertex.positions = copied.vertex.positions * 2
+    assert float(tensors.get_max_bound()[0].item()) == pytest.approx(2)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(copied)
+    found = scene.compute_closest_points(np.array([[9, 0, 0]], np.float32))
+    assert found["points"][0, 0].cpu().item() == pytest.approx(4)
+
+
+def test_tensor_methods_equal_open3d(o3d: Any) -> None:
+    tensor = o3d.core.Tensor([[1.0, 2, 3], [4, 5, 6]])
+    assert tensor[1, 2].cpu().item() == 6
+    assert tensor.sum().cpu().item() == 21
+    assert tensor.sum(dim=(0,)).numpy().tolist() == [5, 7, 9]
+    assert tensor.mean(dim=(1,), keepdim=True).numpy().tolist() == [[2], [5]]
+    assert tensor.argmin((1,)).numpy().tolist() == [0, 0]
+    assert tensor.T().numpy().tolist() == [[1, 4], [2, 5], [3, 6]]
+    assert tensor.eq(4).numpy().tolist() == [[False] * 3, [True, False, False]]
+    assert bool((tensor > 5).any().cpu())
+    assert [row.cpu().numpy().tolist() for row in tensor] == [[1, 2, 3], [4, 5, 6]]
+    assert o3d.core.concatenate((tensor, tensor), 0).shape[0] == 4
+    assert tensor.append(tensor, axis=0).numpy().shape == (4, 3)
+    assert tensor.device == o3d.core.Device("CPU:0")
+    assert str(tensor.device) == "CPU:0"
+    assert (o3d.core.cuda.device_count(), o3d.core.cuda.is_available()) == (0, False)
+    view = tensor[0, 1]
+    tensor[0, 1] = 9
+    assert view.item() == 9
+    assert o3d.core.Tensor.full((2,), 3.0).numpy().tolist() == [3, 3]
+
+
+def test_tensors_pass_through_numpy() -> None:
+    tensor = compat.core.Tensor([[1.0, 2, 3], [4, 5, 6]])
+    assert np.sum(tensor) == 21
+    np.testing.assert_array_equal(np.max(tensor, axis=0, keepdims=True), [[4, 5, 6]])
+    assert f"{float(tensor.min()):.1f}" == "1.0"
+    assert np.linalg.norm(tensor[0]) == pytest.approx(np.sqrt(14))
+    assert str(tensor) == "[[1. 2. 3.]\n [4. 5. 6.]]"
+
+
+def test_sizes_that_are_not_positive_raise(o3d: Any) -> None:
+    for mesh in (o3d.geometry.TriangleMesh, o3d.t.geometry.TriangleMesh):
+        for call in (
+            lambda mesh=mesh: mesh.create_sphere(-1),
+            lambda mesh=mesh: mesh.create_box(0, 1, 1),
+            lambda mesh=mesh: mesh.create_sphere(1, 0),
+            lambda mesh=mesh: mesh.create_cylinder(1, 1, 5, 0),
+        ):
+            with pytest.raises(RuntimeError):
+                call()
+
+
+@pytest.mark.parametrize(
+    ("path", "alternative"),
+    [
+        ("visualization", "raycam.view"),
+        ("pipelines", "install Open3D"),
+        ("camera", "raycam.Camera"),
+        ("geometry.PointCloud", "NumPy"),
+        ("geometry.TriangleMesh.create_arrow", "trimesh"),
+        ("t.geometry.TriangleMesh.create_text", "trimesh"),
+        ("t.geometry.RaycastingScene.foo", "raycam.World"),
+        ("core.HashMap", "dict"),
+        ("core.Tensor.svd", "NumPy"),
+        ("io.write_triangle_mesh", "to_gltf"),
+        ("t.io.read_point_cloud", "NumPy"),
+        ("utility.set_verbosity_level", "logging"),
+    ],
+)
+def test_missing_names_raise_with_an_alternative(path: str, alternative: str) -> None:
+    found: Any = compat
+    *owners, name = path.split(".")
+    for owner in owners:
+        found = getattr(found, owner)
+    with pytest.raises(AttributeError) as caught:
+        getattr(found, name)
+    assert alternative in str(caught.value)
+    assert name in str(caught.value)
+
+
+def test_missing_methods_raise_with_an_alternative() -> None:
+    mesh = compat.geometry.TriangleMesh.create_box()
+    with pytest.raises(AttributeError, match=r"world\.topology"):
+        mesh.is_watertight()
+    with pytest.raises(AttributeError, match="trimesh"):
+        mesh.subdivide_loop()
+    with pytest.raises(AttributeError, match="available: positions"):
+        _ = compat.t.geometry.TriangleMesh.create_box().vertex.normals
+    with pytest.raises(RuntimeError, match="CPU"):
+        compat.core.Tensor([1]).cuda()
+    assert not hasattr(mesh, "_private")

@@ -252,7 +252,7 @@ def test_mesh_in_millimetres_gives_a_notice_with_the_factor(tmp_path: Path) -> N
         f"{i}": raycam.Camera.look_at([3 * np.cos(i), 3 * np.sin(i), 30], [0, 0, 30], fov=30, size=(32, 24))
         for i in range(5)
     }
-    with warns(raycam.Notice, code="implausible", mentions=["0.001"]):
+    with warns(raycam.Notice, code="misplaced_mesh", mentions=["0.001"]):
         raycam.photo_truth(world, cameras, tmp_path)
 
 

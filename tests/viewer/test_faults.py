@@ -5,11 +5,13 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import raycam
 from raycam.explanation.svg import escape
+from raycam.viewer.page import page
 from raycam.viewer.scene.edits import edited
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
@@ -146,3 +148,55 @@ def test_tab_leaves_the_picture(tab: Tab, served: Server) -> None:
     for kind in ("keyDown", "keyUp"):
         tab.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
     tab.wait("document.activeElement.id !== 'picture'")
+
+
+@pytest.fixture
+def saved(small_world: raycam.World, tmp_path: Path) -> Path:
+    """The page of an image, in a folder of its own."""
+    path = tmp_path / "saved.html"
+    frame = raycam.render(small_world, small_world.camera("front"), samples=2)
+    path.write_text(page(frame, title="saved"), encoding="utf-8")
+    return path
+
+
+def test_wheel_over_an_embedded_page_scrolls_the_page_around_it_until_a_click(tab: Tab, saved: Path) -> None:
+    outer = saved.with_name("outer.html")
+    outer.write_text(
+        '<body style="margin: 0; height: 4000px">'
+        '<iframe src="saved.html" style="border: 0; width: 1000px; height: 600px"></iframe>',
+        encoding="utf-8",
+    )
+    tab.call("Page.navigate", url=outer.as_uri())
+    tab.wait("document.querySelector('iframe')")
+
+    def zoom() -> Any:
+        tree = tab.call("Page.getFrameTree")["frameTree"]
+        frames = [each["frame"]["id"] for each in tree.get("childFrames", [])]
+        if not frames:
+            return None
+        world = tab.call("Page.createIsolatedWorld", frameId=frames[0])["executionContextId"]
+        script = "document.getElementById('status-zoom')?.textContent"
+        found = tab.call("Runtime.evaluate", expression=script, contextId=world, returnByValue=True)
+        return found["result"].get("value")
+
+    until(zoom)
+    before = zoom()
+    tab.mouse("mouseWheel", 400, 300, deltaX=0, deltaY=200)
+    tab.wait("scrollY > 0")
+    assert zoom() == before
+    tab.evaluate("scrollTo(0, 0)")
+    tab.wait("scrollY === 0")
+    tab.click(400, 300)
+    tab.mouse("mouseWheel", 400, 300, deltaX=0, deltaY=200)
+    until(lambda: zoom() != before)
+    assert tab.evaluate("scrollY") == 0
+
+
+def test_saved_page_shows_its_image_without_javascript(tab: Tab, saved: Path) -> None:
+    tab.call("Emulation.setScriptExecutionDisabled", value=True)
+    try:
+        tab.call("Page.navigate", url=saved.as_uri())
+        tab.wait("document.querySelector('noscript img')?.naturalWidth === 48")
+        assert tab.evaluate("document.querySelector('noscript img').getBoundingClientRect().width") > 0
+    finally:
+        tab.call("Emulation.setScriptExecutionDisabled", value=False)

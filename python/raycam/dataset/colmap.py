@@ -15,6 +15,7 @@ from ..annotations.keypoints import keypoints
 from ..arguments import Floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
+from ..srgb import srgb_from_linear
 from . import colmap_rigs
 from .colmap_tracks import Tracks
 from .plan import Format, Index, Made, Plan, Record, matrix_text
@@ -68,7 +69,9 @@ def make(plan: Plan, number: int) -> Made:
     share = wanted * (number + 1) // views - wanted * number // views
     chosen = np.random.default_rng(number).permutation(len(rows))[:share]
     rows, columns = rows[chosen], columns[chosen]
-    color = np.rint(srgb(frame["albedo"][rows, columns]) * 255).astype(int)
+    color = np.rint(
+        srgb_from_linear(frame["albedo"][rows, columns].clip(0, 1).astype(np.float64)) * 255
+    ).astype(int)
     record = {"points": frame["position"][rows, columns].tolist(), "colors": color.tolist()}
     return {f"images/{image_name(plan, number)}": frame.to_png()}, record
 
@@ -79,12 +82,6 @@ def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
     """
     found: npt.NDArray[np.bool_] = product(points - camera.C, camera.R[2]) > FRONT
     return found
-
-
-def srgb(linear: npt.NDArray[np.float32]) -> Floats:
-    """Converts linear values to sRGB. Source: IEC 61966-2-1."""
-    value = linear.clip(0, 1).astype(np.float64)
-    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:

@@ -15,6 +15,7 @@ from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
+from ..srgb import linear_from_srgb, srgb_from_linear
 
 __all__ = ["numpy_background", "picture_behind"]
 
@@ -129,7 +130,7 @@ def _warped(
             code="unsupported_camera",
         )
     width, height = camera.size
-    shown = _stored(pixels)
+    shown = srgb_from_linear(pixels)
     centers = camera._centers().reshape(-1, 2)
 
     def mapped(offset: Floats) -> Floats:
@@ -148,7 +149,7 @@ def _warped(
         message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
-    return _linear_from_stored(seen), notices
+    return linear_from_srgb(seen), notices
 
 
 def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[Floats, Floats]:
@@ -175,9 +176,9 @@ def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
         found: Floats = (places + offset) / scale + half
         return found
 
-    total, weight = _sampled(_stored(pixels), mapped, mapped(np.zeros(2)), _subpixels(1 / scale))
+    total, weight = _sampled(srgb_from_linear(pixels), mapped, mapped(np.zeros(2)), _subpixels(1 / scale))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
-    return _linear_from_stored(seen)
+    return linear_from_srgb(seen)
 
 
 def _subpixels(step: float) -> int:
@@ -219,24 +220,12 @@ def _linear(array: npt.NDArray[Any]) -> Colors:
     if array.dtype == np.uint8:
         return _core.linear_from_srgb8(np.ascontiguousarray(array))
     if array.dtype == np.uint16:
-        return _linear_from_stored((array / 65535).astype(np.float32))
+        return linear_from_srgb((array / 65535).astype(np.float32))
     if array.dtype.kind != "f":
         raise SettingsError(
             f"background of dtype {array.dtype}: expected uint8, uint16 or floats", code="wrong_type"
         )
     return array.astype(np.float32)
-
-
-def _stored(linear: Colors) -> Colors:
-    """sRGB values of linear ones, 1 for white (IEC 61966-2-1)."""
-    high = 1.055 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4) - 0.055
-    return np.where(linear <= 0.0031308, 12.92 * linear, high).astype(np.float32)
-
-
-def _linear_from_stored(stored: Colors) -> Colors:
-    """The inverse of `_stored`."""
-    high = np.power((np.maximum(stored, 0.04045) + 0.055) / 1.055, 2.4)
-    return np.where(stored <= 0.04045, stored / 12.92, high).astype(np.float32)
 
 
 def _size(pixels: Colors) -> str:

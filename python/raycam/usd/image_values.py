@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..srgb import linear_from_srgb, srgb_from_linear
+
 __all__ = ["ValueChange", "is_grey", "value_change"]
 
 FLOATS = (".exr", ".hdr")
@@ -39,10 +41,10 @@ class ValueChange:
         """The new numbers [height, width, 3 or 4] of an image's numbers [height, width, 4]; alpha stays."""
         numbers = pixels[..., list(self.channels)]
         if self.decode:
-            numbers = np.where(numbers <= 0.04045, numbers / 12.92, ((numbers + 0.055) / 1.055) ** 2.4)
+            numbers = linear_from_srgb(numbers)
         numbers = np.clip(numbers * np.array(self.scale, np.float32) + np.array(self.bias, np.float32), 0, 1)
         if self.encode:
-            numbers = np.where(numbers <= 0.0031308, 12.92 * numbers, 1.055 * numbers ** (1 / 2.4) - 0.055)
+            numbers = srgb_from_linear(numbers)
             alphas = pixels[..., 3:]
             return numbers if (alphas == 1).all() else np.concatenate([numbers, alphas], axis=2)
         return np.repeat(numbers, 3, axis=2) if len(self.channels) == 1 else numbers

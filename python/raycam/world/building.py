@@ -124,9 +124,10 @@ class WorldBuilding(WorldContents):
         category: Literal["link", "robot"] = "link",
         missing: Literal["error", "box"] = "error",
         clamp_joints: bool = False,
+        xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a URDF file (.urdf); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro); returns it, as in `robots`.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -140,7 +141,9 @@ class WorldBuilding(WorldContents):
         read.
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
-        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice.
+        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. A xacro file, which
+        requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that can read
+        only these folders.
 
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
         `WorldError` for a name that is already used, unknown joints and an invalid placement.
@@ -158,6 +161,7 @@ class WorldBuilding(WorldContents):
                 geometry=geometry,
                 category=category,
                 missing=missing,
+                xacro_args=xacro_args,
             )
             self._core.set_notices([*self._core.notices, *notices])
         self._robots[robot.name] = robot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -31,9 +31,9 @@ def load(
     time: float | None = None,
     up: Literal["z", "y"] | None = None,
     packages: Iterable[str | os.PathLike[str]] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf); returns a
-    `World`.
+    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro).
 
     USD (.usd .usda .usdc .usdz) requires the `raycam[usd]` extra; it is read in a separate process.
 
@@ -57,7 +57,8 @@ def load(
     ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y up.
 
     A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
-    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched.
+    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
+    `xacro_args` are the arguments of a xacro file.
 
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
@@ -67,11 +68,13 @@ def load(
             f"path must be the path of a world or model, not {type(path).__name__}", code="wrong_type"
         )
     check_exists(path)
+    if xacro_args and Path(path).suffix.lower() != ".xacro":
+        raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
     if Path(path).suffix.lower() in usd.SUFFIXES:
         core, variants = load_usd(path, texture_memory, folder, time, variant)
         world, variant = World._of(core, variants), None
     elif is_robot(path):
-        return _load_robot(path, variant, texture_memory, folder, time, up, packages)
+        return _load_robot(path, variant, texture_memory, folder, time, up, packages, xacro_args)
     elif time is not None:
         raise SettingsError(
             f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
@@ -130,6 +133,7 @@ def _load_robot(
     time: float | None,
     up: Literal["z", "y"] | None,
     packages: Iterable[str | os.PathLike[str]],
+    xacro_args: Mapping[str, str] | None,
 ) -> World:
     """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
     for name, value in (("variant", variant), ("time", time)):
@@ -145,7 +149,7 @@ def _load_robot(
         folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
         texture_memory=texture_memory,
     )
-    world.add_robot(path, folder=folder, packages=packages)
+    world.add_robot(path, folder=folder, packages=packages, xacro_args=xacro_args)
     return world
 
 

@@ -102,6 +102,28 @@ def test_examples_are_chosen(tab: Tab) -> None:
     assert tab.evaluate("document.getElementById('world-text').value") == BOX
 
 
+def test_undo_brings_back_the_text_that_an_example_replaced(tab: Tab) -> None:
+    own = BOX + "# my own world\n"
+    type_world(tab, own)
+    tab.evaluate(
+        "((list) => { list.value = 'ball'; list.dispatchEvent(new Event('change')); })"
+        "(document.getElementById('example'))"
+    )
+    tab.wait(f"document.getElementById('world-text').value === {json.dumps(BALL)}")
+    tab.evaluate("document.getElementById('world-text').focus(), document.execCommand('undo')")
+    assert tab.evaluate("document.getElementById('world-text').value") == own
+
+
+def test_dropped_files_are_not_reported_as_refused(tab: Tab) -> None:
+    tab.evaluate(
+        "globalThis.texts = [], new MutationObserver(() => texts.push(document.getElementById('message').textContent))"
+        ".observe(document.getElementById('message'), { childList: true, characterData: true, subtree: true })"
+    )
+    drop(tab, {"a.ply": PLY.encode()})
+    tab.wait("document.getElementById('about').textContent.includes(', 1 triangle')")
+    assert [each for each in tab.evaluate("texts") if "open" in each.lower()] == []
+
+
 def glb() -> bytes:
     """One triangle."""
     data = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes()

@@ -11,6 +11,7 @@ import importlib
 from typing import Any
 
 from . import core, geometry, io, t, utility
+from .absent import raise_missing
 from .t.geometry import RaycastingScene
 
 __all__ = ["core", "geometry", "install", "io", "t", "uninstall", "utility"]
@@ -40,3 +41,8 @@ def uninstall() -> None:
     """Undoes `install`."""
     if _originals:
         importlib.import_module("open3d").t.geometry.RaycastingScene = _originals.pop("RaycastingScene")
+
+
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with an alternative."""
+    return raise_missing("open3d", name, "install Open3D for it")

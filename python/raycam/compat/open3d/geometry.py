@@ -4,31 +4,146 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from . import mesh_math as math
+from .absent import Hints, raise_missing
+from .arguments import matrix
+from .shapes import SHAPES
 from .utility import Vector3dVector, Vector3iVector
 
 __all__ = ["TriangleMesh"]
 
+Floats = npt.NDArray[np.float64]
 
-class TriangleMesh:
-    """`vertices` float64 [n, 3] and `triangles` int32 [m, 3]."""
+
+class TriangleMesh(Hints):
+    """`vertices` float64 [n, 3] and `triangles` int32 [m, 3], with normals and colours as in Open3D.
+
+    `create_box`, `create_sphere`, `create_cylinder`, `create_cone`, `create_torus`, `create_tetrahedron`,
+    `create_octahedron` and `create_icosahedron` return the vertices and triangles of Open3D, in its order.
+    """
 
     def __init__(self, vertices: Any = (), triangles: Any = ()) -> None:
         self.vertices = Vector3dVector(vertices)
         self.triangles = Vector3iVector(triangles)
+        self.vertex_normals = Vector3dVector()
+        self.triangle_normals = Vector3dVector()
+        self.vertex_colors = Vector3dVector()
 
-    def transform(self, matrix: Any) -> TriangleMesh:
-        """Moves the vertices by a matrix [4, 4]; returns the mesh."""
-        import numpy as np
-
-        moved = np.asarray(matrix, dtype=np.float64)
-        self.vertices = Vector3dVector(self.vertices) @ moved[:3, :3].T + moved[:3, 3]
+    def compute_triangle_normals(self, normalized: bool = True) -> TriangleMesh:
+        """Sets `triangle_normals` (without `normalized`, with twice the areas as lengths); returns the mesh."""
+        vectors = math.face_vectors(self.vertices, self.triangles)
+        self.triangle_normals = math.normalize(vectors) if normalized else vectors
         return self
 
-    def translate(self, offset: Any) -> TriangleMesh:
-        """Moves the vertices by [3]; returns the mesh."""
-        self.vertices = Vector3dVector(self.vertices) + Vector3dVector(offset)
+    def compute_vertex_normals(self, normalized: bool = True) -> TriangleMesh:
+        """Sets `vertex_normals`, means of the triangles' normals by area, and `triangle_normals`; returns the mesh."""
+        vectors = math.face_vectors(self.vertices, self.triangles)
+        self.triangle_normals = vectors
+        self.vertex_normals = math.sum_at_vertices(len(self.vertices), self.triangles, vectors)
+        return self.normalize_normals() if normalized else self
+
+    def normalize_normals(self) -> TriangleMesh:
+        """Sets the lengths of all normals to 1; returns the mesh."""
+        self.vertex_normals = math.normalize(Vector3dVector(self.vertex_normals))
+        self.triangle_normals = math.normalize(Vector3dVector(self.triangle_normals))
         return self
+
+    def transform(self, transformation: Any) -> TriangleMesh:
+        """Moves vertices and normals by a matrix [4, 4]; returns the mesh."""
+        moved = matrix("transformation", transformation, 4)
+        return self._move(moved[:3, :3], moved[:3, 3])
+
+    def translate(self, translation: Any, relative: bool = True) -> TriangleMesh:
+        """Moves the vertices by [3], or with `relative=False` the centre to [3]; returns the mesh."""
+        offset = math.check_vector("translation", translation)
+        self.vertices = Vector3dVector(self.vertices) + (offset if relative else offset - self.get_center())
+        return self
+
+    def scale(self, scale: float, center: Any) -> TriangleMesh:
+        """Scales the vertices about a point [3]; returns the mesh."""
+        fixed = math.check_vector("center", center)
+        self.vertices = (Vector3dVector(self.vertices) - fixed) * float(scale) + fixed
+        return self
+
+    def rotate(self, R: Any, center: Any = None) -> TriangleMesh:
+        """Rotates vertices and normals by a matrix [3, 3] about a point [3], by default the centre."""
+        rotation = math.check_rotation(R)
+        fixed = self.get_center() if center is None else math.check_vector("center", center)
+        return self._move(rotation, fixed - rotation @ fixed)
+
+    def _move(self, linear: Floats, offset: Floats) -> TriangleMesh:
+        self.vertices = math.move_points(self.vertices, linear, offset)
+        self.vertex_normals = math.move_points(self.vertex_normals, linear)
+        self.triangle_normals = math.move_points(self.triangle_normals, linear)
+        return self
+
+    def paint_uniform_color(self, color: Any) -> TriangleMesh:
+        """Sets the colour [3], 0 to 1, of all vertices; returns the mesh."""
+        self.vertex_colors = np.tile(math.check_vector("color", color), (len(self.vertices), 1))
+        return self
+
+    def get_center(self) -> Floats:
+        """Returns the mean [3] of the vertices."""
+        vertices = Vector3dVector(self.vertices)
+        return vertices.mean(axis=0) if len(vertices) else np.zeros(3)
+
+    def get_min_bound(self) -> Floats:
+        """Returns the least coordinates [3]."""
+        vertices = Vector3dVector(self.vertices)
+        return vertices.min(axis=0) if len(vertices) else np.zeros(3)
+
+    def get_max_bound(self) -> Floats:
+        """Returns the largest coordinates [3]."""
+        vertices = Vector3dVector(self.vertices)
+        return vertices.max(axis=0) if len(vertices) else np.zeros(3)
+
+    def get_surface_area(self) -> float:
+        """Returns the area of all triangles."""
+        return float(np.linalg.norm(math.face_vectors(self.vertices, self.triangles), axis=1).sum() / 2)
+
+    def is_empty(self) -> bool:
+        """Returns True without vertices."""
+        return not self.has_vertices()
+
+    def has_vertices(self) -> bool:
+        """Returns True if the mesh has vertices."""
+        return len(self.vertices) > 0
 
     def has_triangles(self) -> bool:
-        """True if the mesh has triangles."""
-        return len(self.triangles) > 0
+        """Returns True if the mesh has triangles."""
+        return self.has_vertices() and len(self.triangles) > 0
+
+    def has_vertex_normals(self) -> bool:
+        """Returns True if every vertex has a normal."""
+        return self.has_vertices() and len(self.vertex_normals) == len(self.vertices)
+
+    def has_triangle_normals(self) -> bool:
+        """Returns True if every triangle has a normal."""
+        return self.has_triangles() and len(self.triangle_normals) == len(self.triangles)
+
+    def has_vertex_colors(self) -> bool:
+        """Returns True if every vertex has a colour."""
+        return self.has_vertices() and len(self.vertex_colors) == len(self.vertices)
+
+
+def _creator(shape: str) -> Any:
+    """The static method `create_...` of a shape."""
+
+    def create(*sizes: Any, **keys: Any) -> TriangleMesh:
+        return TriangleMesh(*SHAPES[shape](*sizes, **keys))
+
+    create.__name__ = f"create_{shape}"
+    create.__doc__ = SHAPES[shape].__doc__
+    return staticmethod(create)
+
+
+for _shape in SHAPES:
+    setattr(TriangleMesh, f"create_{_shape}", _creator(_shape))
+
+
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with an alternative."""
+    return raise_missing("open3d.geometry", name, "install Open3D for it, or use trimesh")

@@ -9,6 +9,7 @@ import numpy as np
 
 from raycam import load
 
+from .absent import raise_missing
 from .geometry import TriangleMesh
 
 __all__ = ["read_triangle_mesh"]
@@ -17,8 +18,13 @@ __all__ = ["read_triangle_mesh"]
 def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> TriangleMesh:
     """The triangles of a file of any format that `raycam.load` reads, with vertices at one place merged.
 
-    Raises raycam's errors for files that are missing or malformed, where Open3D warns and returns an empty mesh.
+    Raises raycam's errors for files that are missing or malformed, while Open3D warns and returns an empty mesh.
     """
     corners = load(filename).triangles().reshape(-1, 3)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)
     return TriangleMesh(vertices, index.reshape(-1, 3))
+
+
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with an alternative."""
+    return raise_missing("open3d.io", name, "install Open3D for it, or use raycam.load")

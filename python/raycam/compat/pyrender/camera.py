@@ -18,13 +18,13 @@ class Camera:
     """A camera with near and far planes; surfaces beyond them are cut away. `zfar` may be None: no end."""
 
     name = Converted(text)
-    znear = Converted(number("znear", 0, default=0.05))
-    zfar = Converted(number("zfar", 0, above=True))
+    znear = Converted(number("znear", 0))
+    zfar = Converted(number("zfar", 0, above=True, optional=True))
 
     def __init__(
         self, znear: float | None = 0.05, zfar: float | None = 100.0, name: str | None = None
     ) -> None:
-        self.name, self.znear, self.zfar = name, znear, zfar
+        self.name, self.znear, self.zfar = name, 0.05 if znear is None else znear, zfar
 
     def _check_values(self) -> None:
         """Raises `ValueError` if the far plane is not behind the near one; called after each assignment."""
@@ -73,7 +73,7 @@ class PerspectiveCamera(Camera):
     """A camera with a vertical field of view `yfov` in radians; `aspectRatio` is that of the viewport if not given."""
 
     yfov = Converted(number("yfov", 0, above=True))
-    aspectRatio = Converted(number("aspectRatio", 0, above=True))
+    aspectRatio = Converted(number("aspectRatio", 0, above=True, optional=True))
 
     def __init__(
         self,
@@ -108,6 +108,8 @@ class OrthographicCamera(Camera):
     size alone.
     """
 
+    znear = Converted(number("znear", 0, above=True))
+    zfar = Converted(number("zfar", 0, above=True))
     xmag = Converted(number("xmag", 0, above=True))
     ymag = Converted(number("ymag", 0, above=True))
 
@@ -141,6 +143,7 @@ class OrthographicCamera(Camera):
 class IntrinsicsCamera(Camera):
     """A camera with the intrinsics of a matrix K in pixels: the corner pixel's centre is (0.5, 0.5), v points down."""
 
+    zfar = Converted(number("zfar", 0, above=True))
     fx, fy, cx, cy = Converted(float), Converted(float), Converted(float), Converted(float)
 
     def __init__(

@@ -16,11 +16,13 @@ class Light:
     """A light of a colour and an intensity."""
 
     name = Converted(text)
-    color = Converted(lambda value: format_color_vector(1.0 if value is None else value, 3))
-    intensity = Converted(lambda value: 1.0 if value is None else float(value))
+    color = Converted(lambda value: _color(value))
+    intensity = Converted(float)
 
     def __init__(self, color: Any = None, intensity: float | None = None, name: str | None = None) -> None:
-        self.name, self.color, self.intensity = name, color, intensity
+        self.name = name
+        self.color = 1.0 if color is None else color
+        self.intensity = 1.0 if intensity is None else intensity
 
     @property
     def shadow_texture(self) -> None:
@@ -35,7 +37,7 @@ class DirectionalLight(Light):
 class PointLight(Light):
     """A point that shines to all sides and falls off by the square of the distance; `range` has no effect, as there."""
 
-    range = Converted(number("range", 0, above=True))
+    range = Converted(number("range", 0, above=True, optional=True))
 
     def __init__(
         self,
@@ -63,8 +65,17 @@ class SpotLight(PointLight):
         name: str | None = None,
     ) -> None:
         super().__init__(color, intensity, range, name)
-        if not 0 <= innerConeAngle <= outerConeAngle <= np.pi / 2 + 1e-9:
-            raise ValueError(
-                f"cone angles {innerConeAngle} and {outerConeAngle}: expected 0 <= inner <= outer <= pi / 2"
-            )
         self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
+
+    def _check_values(self) -> None:
+        """Raises `ValueError` for angles out of order; called after each assignment."""
+        inner, outer = self.__dict__.get("_innerConeAngle"), self.__dict__.get("_outerConeAngle")
+        if inner is not None and outer is not None and not 0 <= inner <= outer <= np.pi / 2 + 1e-9:
+            raise ValueError(f"cone angles {inner} and {outer}: expected 0 <= inner <= outer <= pi / 2")
+
+
+def _color(value: Any) -> Any:
+    """A colour [3], float32; raises `ValueError` for None, as in pyrender."""
+    if value is None:
+        raise ValueError("color is None: expected one number or a list of 3")
+    return format_color_vector(value, 3)

@@ -70,8 +70,8 @@ class Node:
 
     @property
     def matrix(self) -> Any:
-        """parent_from_node [4, 4]; assigned elements move the node."""
-        return LiveArray(self._matrix, lambda value: setattr(self, "matrix", value))
+        """A copy of parent_from_node [4, 4]; only the assignment of a whole matrix moves the node, as in pyrender."""
+        return self._matrix.copy()
 
     @matrix.setter
     def matrix(self, value: npt.ArrayLike) -> None:

@@ -118,6 +118,15 @@ class Primitive(Bounded):
         self._texcoord_0 = self._of_vertices("texcoord_0", value, 2)
 
     @property
+    def texcoord_1(self) -> Any:
+        """The second texture coordinates [n, 2], or None; they have no effect, as in pyrender."""
+        return self._texcoord_1
+
+    @texcoord_1.setter
+    def texcoord_1(self, value: Any) -> None:
+        self._texcoord_1 = self._of_vertices("texcoord_1", value, 2)
+
+    @property
     def color_0(self) -> Any:
         """The colours [n, 4], float32, or None."""
         return self._color_0

@@ -74,16 +74,24 @@ def text(value: Any) -> str | None:
 
 
 def number(
-    name: str, low: float, high: float = float("inf"), *, above: bool = False, default: float | None = None
+    name: str,
+    low: float,
+    high: float = float("inf"),
+    *,
+    above: bool = False,
+    optional: bool = False,
+    default: float | None = None,
 ) -> Callable[[Any], float | None]:
     """The conversion to a float from `low` (more than that if `above`) to `high`, which raises `ValueError`.
 
-    None becomes the default.
+    None becomes the default if there is one, stays None if `optional`, and raises `TypeError` otherwise.
     """
 
     def convert(value: Any) -> float | None:
-        if value is None:
+        if value is None and (optional or default is not None):
             return default
+        if value is None:
+            raise TypeError(f"{name} is None: expected a number")
         given = float(value)
         if not (low < given if above else low <= given) or not given <= high:
             most = "" if high == float("inf") else f" and at most {high:g}"

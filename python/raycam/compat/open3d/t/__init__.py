@@ -1,5 +1,13 @@
 """The tensor side of Open3D."""
 
-from . import geometry
+from typing import Any
 
-__all__ = ["geometry"]
+from ..absent import raise_missing
+from . import geometry, io
+
+__all__ = ["geometry", "io"]
+
+
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with an alternative."""
+    return raise_missing("open3d.t", name, "install Open3D for it")

@@ -9,8 +9,10 @@ import numpy.typing as npt
 
 from raycam import World, WorldError
 
-from ..arguments import RaycastingError, array_of, last, looking, matrix, pixel_count, rows, thread_count
+from ..absent import Hints, raise_missing
+from ..arguments import RaycastingError, last, looking, matrix, pixel_count, rows, thread_count
 from ..core import Device, Tensor
+from .mesh import TriangleMesh
 
 __all__ = ["RaycastingError", "RaycastingScene", "TriangleMesh"]
 
@@ -18,39 +20,7 @@ Array = npt.NDArray[Any]
 INVALID_ID = 4294967295
 
 
-class _Attributes(dict[str, Any]):
-    """Attributes by key and by name."""
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self[name]
-        except KeyError:
-            raise AttributeError(name) from None
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        self[name] = value
-
-
-class TriangleMesh:
-    """A mesh of tensors: `vertex.positions` float32 [n, 3] and `triangle.indices` int64 [m, 3]."""
-
-    def __init__(
-        self, vertex_positions: Any = None, triangle_indices: Any = None, device: Device | None = None
-    ) -> None:
-        self.vertex = _Attributes()
-        self.triangle = _Attributes()
-        if vertex_positions is not None and not isinstance(vertex_positions, Device):
-            self.vertex["positions"] = Tensor(array_of("vertex_positions", vertex_positions))
-            self.triangle["indices"] = Tensor(array_of("triangle_indices", triangle_indices))
-
-    @classmethod
-    def from_legacy(cls, mesh: Any, *_: Any, **__: Any) -> TriangleMesh:
-        """The mesh of one with `vertices` and `triangles`; positions are float32, as in Open3D."""
-        vertices = np.asarray(mesh.vertices, dtype=np.float32)
-        return cls(vertices, np.asarray(mesh.triangles, dtype=np.int64))
-
-
-class RaycastingScene:
+class RaycastingScene(Hints):
     """Triangle meshes to cast rays at and to measure distances from, with the names of Open3D's class.
 
     Takes NumPy arrays and tensors of any float and integer dtype, answers float32 and uint32. A miss has t_hit inf and
@@ -58,6 +28,7 @@ class RaycastingScene:
     """
 
     INVALID_ID: ClassVar[int] = INVALID_ID
+    _ALTERNATIVE = "use raycam.World, which has cast_rays, closest_points and inside"
 
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
         if device is not None:
@@ -217,3 +188,8 @@ def _rays(rays: Any) -> tuple[Array, Array]:
 def _odd(nsamples: int) -> None:
     if int(nsamples) < 1 or int(nsamples) % 2 == 0:
         raise RaycastingError(f"nsamples is {nsamples}, expected an odd number")
+
+
+def __getattr__(name: str) -> Any:
+    """Raises `AttributeError` with an alternative."""
+    return raise_missing("open3d.t.geometry", name, "install Open3D for it, or use trimesh")

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import raycam
+from raycam.srgb import srgb_from_linear
 
 from ..camera import Camera
 from ..constants import GLTF
@@ -45,7 +46,7 @@ def path_traced_picture(
     )
     alpha = frame["alpha"][..., np.newaxis]
     color = np.divide(frame["color"], alpha, out=np.zeros_like(frame["color"]), where=alpha > 0)
-    shown = _srgb(color) * alpha + scene.bg_color[:3] * (1 - alpha)
+    shown = srgb_from_linear(np.clip(color, 0, 1)) * alpha + scene.bg_color[:3] * (1 - alpha)
     opacity = alpha + scene.bg_color[3] * (1 - alpha)
     picture = np.clip(np.concatenate([shown, opacity], axis=2), 0, 1)
     return np.asarray(np.round(255 * picture), dtype=np.uint8)
@@ -152,9 +153,3 @@ def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> rayca
 
 def _finite(values: npt.ArrayLike) -> Floats:
     return np.clip(np.nan_to_num(np.asarray(values, dtype=np.float64)), 0, None)
-
-
-def _srgb(linear: Floats) -> Floats:
-    """The encoding of IEC 61966-2-1."""
-    linear = np.clip(linear, 0, 1)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from raycam.srgb import linear_from_srgb
+
 from ..light import DirectionalLight, Light, SpotLight
 from ..material import MetallicRoughnessMaterial
 
@@ -63,12 +65,14 @@ def surface_values(
     if uv is not None:
         if material.baseColorTexture is not None:
             texels = material.baseColorTexture.lookup(uv)
-            base *= texels if flat else np.concatenate([_linear(texels[:, :3]), texels[:, 3:]], axis=1)
+            base *= (
+                texels if flat else np.concatenate([linear_from_srgb(texels[:, :3]), texels[:, 3:]], axis=1)
+            )
         if material.metallicRoughnessTexture is not None:
             texels = material.metallicRoughnessTexture.lookup(uv)
             roughness, metallic = roughness * texels[:, 0], metallic * texels[:, 1]
         if material.emissiveTexture is not None:
-            emissive *= _linear(material.emissiveTexture.lookup(uv)[:, :3])
+            emissive *= linear_from_srgb(material.emissiveTexture.lookup(uv)[:, :3])
         if material.occlusionTexture is not None:
             occlusion = material.occlusionTexture.lookup(uv)[:, 0]
     return {
@@ -90,11 +94,6 @@ def bent(normal: Floats, tangent: Floats, texels: Floats) -> Floats:
 
 def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30))
-
-
-def _linear(encoded: Floats) -> Floats:
-    """Linear light of sRGB (IEC 61966-2-1)."""
-    return np.where(encoded < 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shadow | None) -> Floats:

@@ -4,13 +4,13 @@
 import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";
 import { buildLights, buildReflection, buildShadow } from "./chapter_light.js";
-import { buildDistortion, buildFocus, buildMaterial, buildVideo } from "./chapter_optics.js";
+import { buildDistortion, buildFocus, buildMaterial, buildShutter, buildVideo } from "./chapter_optics.js";
 import { buildCalibration, buildEpipolar, buildExact, buildFloor } from "./chapter_pairs.js";
 import { buildAliasing, buildMean, buildNoise, buildPath } from "./chapter_paths.js";
 import { buildClosest, buildCrossings, buildTreeFigure } from "./chapter_inside.js";
 import { buildBox, buildColor, buildHero, buildOrigin, buildRefine } from "./chapter_world.js";
 import { buildCodeCell } from "./code_cell.js";
-import { Figure } from "./figure.js";
+import { Figure, isStill } from "./figure.js";
 import { Pictures } from "./pictures.js";
 import { buildQuiz } from "./quiz.js";
 import { Shared } from "./state.js";
@@ -21,7 +21,7 @@ const FIGURES = {
   hero: buildHero, origin: buildOrigin, box: buildBox, refine: buildRefine, color: buildColor, project: buildProject, matrix: buildMatrix, angles: buildAngles,
   "back-project": buildBackProject, sign: buildSign, normal: buildNormal, plane: buildPlane, crossings: buildCrossings, closest: buildClosest, tree: buildTreeFigure,
   lights: buildLights, reflection: buildReflection, shadow: buildShadow, aliasing: buildAliasing, noise: buildNoise, path: buildPath, mean: buildMean,
-  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
+  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, shutter: buildShutter, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
 };
 const SYMBOLS = ["K", "R", "C", "P", "x", "X", "X′", "r", "t", "f(t)", "n", "a", "b", "c", "u", "g", "v", "L"];
 
@@ -44,6 +44,8 @@ function bindNavigation(shared) {
       const found = links.find(({ section }) => section === target);
       if (!found || !isIntersecting) continue;
       for (const { link } of links) link.toggleAttribute("aria-current", link === found.link);
+      const { parentElement: item } = found.link;
+      item?.parentElement?.scrollTo({ left: item.offsetLeft - item.parentElement.clientWidth / 2, behavior: isStill() ? "auto" : "smooth" });
     }
   }, { rootMargin: "-30% 0px -60% 0px" });
   for (const { section } of links) observer.observe(section);

@@ -22,7 +22,7 @@ export function buildQuiz(host, shared) {
   const verdict = element("p", "", { class: "verdict", role: "status" });
   form.append(element("button", "Check", { type: "submit" }));
   host.append(numbers, form, verdict);
-  /** @returns {import("./exercises.js").Facts | null} */
+  /** @returns {import("./answers.js").Facts | null} */
   const factsNow = () => {
     const { ray, found, camera, numbers: all } = shared;
     return found && ray.XPrime && Number.isFinite(found.t) ? { P: camera.P, R: camera.R, pixel: all.pixel, ray, found, numbers: all } : null;

@@ -1,0 +1,59 @@
+"""Names of Open3D that `raycam.compat.open3d` does not contain, each with an alternative."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["HintingType", "Hints", "raise_missing"]
+
+ALTERNATIVES = {
+    "camera": "use raycam.Camera, or Camera.from_opencv(K, R, t, size)",
+    "data": "use raycam.data.path(name), or files of your own with io.read_triangle_mesh",
+    "ml": "install Open3D for it; raycam.dataset writes training data",
+    "pipelines": "install Open3D for it (registration, reconstruction)",
+    "visualization": "use raycam.render(world, camera) for images and raycam.view(world) for a live view; "
+    "a world is built by world.add_mesh(mesh.vertices, mesh.triangles)",
+    "PointCloud": "use NumPy arrays [n, 3]: raycam has no point clouds",
+    "LineSet": "use NumPy arrays [n, 2, 3]: raycam has no lines",
+    "TetraMesh": "use its outer triangles as a TriangleMesh",
+    "AxisAlignedBoundingBox": "use get_min_bound() and get_max_bound(), or raycam's world.bounds",
+    "OrientedBoundingBox": "use raycam.box3d(world, object)",
+    "get_axis_aligned_bounding_box": "use get_min_bound() and get_max_bound(), or raycam's world.bounds",
+    "is_watertight": "use raycam: world.add_mesh(mesh.vertices, mesh.triangles), then world.topology()",
+    "read_point_cloud": "use NumPy arrays [n, 3]: raycam has no point clouds",
+    "write_triangle_mesh": "use raycam: world.add_mesh(mesh.vertices, mesh.triangles), then world.to_gltf(path)",
+    "read_image": "use imageio or Pillow",
+    "write_image": "use imageio or Pillow",
+    "cuda": "raycam works on the CPU",
+    "HashMap": "use a dict, or numpy.unique",
+    "HashSet": "use a set, or numpy.unique",
+}
+"""What to use instead, by name; other names get their owner's general alternative."""
+
+
+def raise_missing(owner: str, name: str, general: str) -> Any:
+    """Raises `AttributeError` that names an alternative; a plain one for Python's own names (`__len__`, `_x`)."""
+    if name.startswith("_"):
+        raise AttributeError(f"{owner} has no attribute {name!r}")
+    raise AttributeError(
+        f"{owner}.{name}: not in raycam.compat.open3d; {ALTERNATIVES.get(name, general)}",
+        name=name,
+    )
+
+
+class HintingType(type):
+    """Type of classes whose missing attributes (static methods) raise an error that names an alternative."""
+
+    def __getattr__(cls, name: str) -> Any:
+        """Raises `AttributeError` with an alternative."""
+        return raise_missing(cls.__name__, name, getattr(cls, "_ALTERNATIVE", ""))
+
+
+class Hints(metaclass=HintingType):
+    """Base of classes whose missing attributes raise an error that names an alternative."""
+
+    _ALTERNATIVE = "install Open3D for it, or use trimesh"
+
+    def __getattr__(self, name: str) -> Any:
+        """Raises `AttributeError` with an alternative."""
+        return raise_missing(type(self).__name__, name, type(self)._ALTERNATIVE)

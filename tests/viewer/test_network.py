@@ -1,0 +1,132 @@
+"""The live view in a network: listening on all addresses, behind proxies, and ended by signals."""
+
+from __future__ import annotations
+
+import base64
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import raycam
+from raycam.viewer import gate
+from raycam.viewer.server import Server, machine_addresses
+from raycam.viewer.session import Session
+from support.patience import PATIENCE, until
+from support.viewer_client import Client
+from websockets.datastructures import Headers
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin, Subprotocol
+
+TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n"
+
+
+def socket_of(
+    address: str, token: str, *, origin: str = "", host: str = "", forwarded: str = ""
+) -> ClientConnection:
+    """A WebSocket of the server at `address`, opened by a page of `origin` with other headers."""
+    headers = {name: text for name, text in {"X-Forwarded-Host": forwarded}.items() if text}
+    return connect(
+        f"ws://{host or address}/socket",
+        origin=Origin(origin or f"http://{address}"),
+        subprotocols=[Subprotocol(gate.PROTOCOL), Subprotocol(f"token.{token}")],
+        additional_headers=headers,
+        compression=None,
+        max_size=None,
+        proxy=None,
+    )
+
+
+@pytest.fixture
+def public(small_world: raycam.World) -> Iterator[Server]:
+    """A server on all addresses of this machine, which trusts this machine as a proxy."""
+    made = Server(lambda: Session(small_world, samples=4), host="0.0.0.0", port=0, proxies=["127.0.0.1"])
+    yield made
+    made.close()
+
+
+def test_each_printed_address_of_a_server_on_all_networks_opens(public: Server) -> None:
+    assert len(public.urls) == len(machine_addresses("0.0.0.0"))
+    for url in public.urls:
+        found = re.fullmatch(r"http://([0-9.]+:\d+)/#t=(.+)", url)
+        assert found is not None
+        with socket_of(found[1], found[2]) as made:
+            assert Client(made).welcome["type"] == "welcome"
+
+
+def test_x_forwarded_host_counts_only_from_a_named_proxy(public: Server, small_world: raycam.World) -> None:
+    address = f"127.0.0.1:{public.address[1]}"
+    origin = "https://hub.example"
+    with pytest.raises(InvalidStatus) as refused:
+        socket_of(address, public.token, origin=origin, forwarded="hub.example")
+    assert b"--allow-host hub.example" in (refused.value.response.body or b"")
+    public._allowed.append("hub.example")
+    with socket_of(address, public.token, origin=origin, forwarded="hub.example") as made:
+        assert Client(made).welcome["type"] == "welcome"
+    stranger = Server(lambda: Session(small_world, samples=4), port=0, allow_hosts=["hub.example"])
+    try:
+        with pytest.raises(InvalidStatus) as refused:
+            socket_of(
+                f"127.0.0.1:{stranger.address[1]}", stranger.token, origin=origin, forwarded="hub.example"
+            )
+        assert b"X-Forwarded-Host (raycam view --proxy ADDRESS)" in (refused.value.response.body or b"")
+    finally:
+        stranger.close()
+
+
+def test_a_proxy_that_sends_its_own_host_gets_the_true_reason() -> None:
+    request = Headers(
+        [
+            ("Host", "127.0.0.1:7421"),
+            ("Origin", "https://hub.example"),
+            ("Upgrade", "websocket"),
+            ("Sec-WebSocket-Protocol", f"{gate.PROTOCOL}, token.a"),
+        ]
+    )
+    answer = gate.answer_to(gate.SOCKET, request, lambda token: True)
+    assert answer is not None
+    assert answer.status == 403
+    for word in ("https://hub.example", "127.0.0.1:7421", "X-Forwarded-Host"):
+        assert word in answer.text
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_a_signal_notifies_the_pages_and_removes_dropped_files(tmp_path: Path, name: str) -> None:
+    (tmp_path / "world.obj").write_bytes(TRIANGLE)
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    command = [
+        sys.executable,
+        "-m",
+        "raycam",
+        "view",
+        str(tmp_path / "world.obj"),
+        "--no-browser",
+        "--allow-open",
+    ]
+    with subprocess.Popen(
+        [*command, "--port", "0"],
+        env={"TMPDIR": str(folder), "PATH": ""},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        found = None
+        while found is None:
+            line = process.stdout.readline()
+            assert line, "the command ended"
+            found = re.search(r"http://(127\.0\.0\.1:\d+)/#t=(\S+)", line)
+        with socket_of(found[1], found[2]) as made:
+            client = Client(made)
+            data = base64.b64encode(TRIANGLE).decode()
+            client.say("upload", name="dropped.obj", bytes=len(TRIANGLE), offset=0, data=data)
+            until(lambda: list(folder.rglob("dropped.obj")), "the file did not arrive")
+            process.send_signal(getattr(signal, name))
+            assert client.hear("closing")[0]["text"] == "The server has ended."
+        process.wait(PATIENCE)
+    assert list(folder.iterdir()) == []
