@@ -85,6 +85,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "overlapping_objects": Code(
+        "A robot's link overlaps another object.",
+        "Move the robot or the object, or change the robot's joints.",
+    ),
     "xacro_warning": Code(
         "xacro printed a warning while it expanded a robot's file.",
         "Correct the file as the warning says.",
@@ -179,6 +183,14 @@ _OWN_ERRORS = {
     "folder_in_use": Code(
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
+    ),
+    "no_volume": Code(
+        "An object that should fall encloses no volume.",
+        "Use a mesh with thickness.",
+    ),
+    "not_settled": Code(
+        "Objects did not come to rest without penetrating each other, within their target.",
+        "Use fewer objects, more room, more time or another seed.",
     ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",

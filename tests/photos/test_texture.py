@@ -22,6 +22,18 @@ LENSES = [
     {"model": "opencv", "distortion": [-0.1, 0.02, 0.001, 0.0005]},
     {"model": "division", "distortion": [-0.05]},
     {"model": "fov", "distortion": [0.4]},
+    {
+        "model": "thin_prism_fisheye",
+        "distortion": [0.02, -0.01, 0.001, 0.0005, 0.003, -0.001, 0.001, -0.0005],
+    },
+    {
+        "model": "rad_tan_thin_prism_fisheye",
+        "distortion": [0.02, -0.01, *[0.0] * 4, 0.001, 0.0005, *[0.001] * 4],
+    },
+    {"model": "omni", "distortion": [0.3, -0.05, 0.01, 0.001, 0.0005]},
+    {"model": "eucm", "distortion": [0.5, 1.1]},
+    {"model": "ds", "distortion": [0.1, 0.5]},
+    {"moving": True},
 ]
 
 
@@ -38,7 +50,19 @@ PLACES = [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]]
 @pytest.mark.parametrize("lens", LENSES)
 def test_round_trip_reaches_40_decibels(lens: dict) -> None:
     world = panel()
-    cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]], **lens)
+    lens = dict(lens)
+    moving = lens.pop("moving", False)
+    cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]], samples=1 if moving else 16, **lens)
+    if moving:  # a rolling shutter: the camera moves by 15 pixels while its rows are read
+        cameras = {
+            name: camera.moving(
+                camera.at_pose(camera.R, camera.location + np.array([0.1, 0.05, 0])), readout=0.02
+            )
+            for name, camera in cameras.items()
+        }
+        photos = {
+            name: raycam.render(world, camera, samples=16).to_srgb8() for name, camera in cameras.items()
+        }
     result = raycam.texture_from_photos(world, cameras, photos, size=64)
     assert result.seen.all()
     assert psnr(inner(result.texture), inner(pattern())) > 40
@@ -96,7 +120,7 @@ def test_any_memory_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
     world = panel()
     cameras, photos = shots(world, PLACES)
     one = raycam.texture_from_photos(world, cameras, photos, size=64)
-    monkeypatch.setattr("raycam.photos.texture.PART_TEXELS", 500)
+    monkeypatch.setattr("raycam.photos.photo_set.PART_TEXELS", 500)
     two = raycam.texture_from_photos(world, cameras, photos, size=64, memory=1)
     np.testing.assert_array_equal(one.texture, two.texture)
     np.testing.assert_array_equal(one.disagreement, two.disagreement)
@@ -240,7 +264,7 @@ def test_memory_of_many_photographs_is_bounded(monkeypatch: pytest.MonkeyPatch, 
 
 def test_memory_for_a_texel_is_at_most_64_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("raycam.photos.survey.MAX_POINTS", 1 << 10)
-    monkeypatch.setattr("raycam.photos.texture.PART_TEXELS", 1 << 12)
+    monkeypatch.setattr("raycam.photos.photo_set.PART_TEXELS", 1 << 12)
     monkeypatch.setattr("raycam.photos.blending.CHUNK_TEXELS", 1 << 12)
     monkeypatch.setattr("raycam.baking.texels.MAX_CANDIDATES", 1 << 12)
     small, large = peak_bytes(1, 128), peak_bytes(1, 512)

@@ -30,6 +30,13 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
     )
     command.add_argument(
+        "--method",
+        metavar="NAME",
+        default="blend",
+        help="blend (default): mean of the best photographs; best: one photograph for each face, with levelled seams; "
+        "detail: low frequencies of blend, high ones of best",
+    )
+    command.add_argument(
         "--exposure",
         metavar="NAME",
         default="auto",
@@ -59,6 +66,7 @@ def _run(options: argparse.Namespace) -> None:
             options.photos,
             object=0 if options.object is None else options.object,
             size=options.texture_size,
+            method=options.method,
             exposure=options.exposure,
             show_unseen=options.show_unseen,
             memory=options.memory,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -22,13 +21,14 @@ from ..world.chosen import object_number
 from ..world.object_mesh import ObjectMesh, object_mesh
 from ..world.texture import Texture
 from .alignment import Alignment, measure_alignment
-from .blending import TexelViews
+from .composite import add_detail, compose
+from .face_views import FaceTotals
 from .gains import estimate_gains
 from .images import Photos, PhotoSource
+from .photo_set import BlendedTexels, PhotoSet, blend_texels
 from .placement import placement_notices
-from .sight import Facing
-from .surface_views import TexturedSurface, view_part
-from .survey import Survey, ViewedPhotograph, take_survey
+from .surface_views import TexturedSurface
+from .survey import Survey, take_survey
 from .texture_result import PhotographFit, PhotoTexture
 from .truth import named_photographs
 from .visibility import side_of
@@ -39,8 +39,8 @@ Single = npt.NDArray[np.float32]
 
 TEXEL_BYTES = 64
 """Bytes for each texel of the texture, in addition to `memory`."""
-PART_TEXELS = 1 << 16
-"""Texels that are looked up in a photograph at the same time."""
+COMPOSED_TEXEL_BYTES = 400
+"""Bytes for each texel of methods that choose a photograph for each face."""
 MAX_TEXEL_PX = 4.0
 """Pixels of the photographs for each side of a texel above which the texture is too small."""
 MISALIGNED_PX = 0.5
@@ -57,6 +57,7 @@ def texture_from_photos(
     object: int | str = 0,
     size: int = 2048,
     images: Mapping[str, str] | None = None,
+    method: Literal["blend", "best", "detail"] = "blend",
     exposure: Literal["auto", "off"] = "auto",
     show_unseen: bool = False,
     memory: int | str = "1 GiB",
@@ -66,16 +67,21 @@ def texture_from_photos(
 
     `photos` is the folder with the photographs, or a mapping from their names to paths or arrays: uint8 and uint16 are
     sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's texture
-    coordinates are kept; all objects of the world occlude. A texel's colour is a mean of the up to eight views with the
-    largest weight cos²(angle) sqrt(det J) border, where J is the derivative of the pixel by the surface, and border
-    rises over 32 pixels from the image's edge and from jumps of depth. Angles above 80 degrees do not count. Views
-    whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out. Vignetting is undone.
+    coordinates are kept; all objects of the world occlude. With the `method` "blend", a texel's colour is a mean of
+    the up to eight views with the largest weight cos²(angle) sqrt(det J) border, where J is the derivative of the pixel
+    by the surface, and border rises over 32 pixels from the image's edge and from jumps of depth. Angles above 80
+    degrees do not count. Views whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out.
+    Vignetting is undone.
+
+    "best" shows each face in one photograph, which is sharp even where poses are wrong: the choice weighs the views'
+    weight against the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
+    equation within 20 texels. "detail" takes the low frequencies of "blend" and the high ones of "best".
 
     `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree.
     Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
     texels surround the islands. The result is the same for any order of the photographs, any number of threads and any
-    `memory`, the bytes for views in addition to 64 bytes for each texel; photographs are read one at a time, more than
-    once if `memory` cannot contain the views of all texels.
+    `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
+    read one at a time, more than once if `memory` cannot contain the views of all texels.
 
     Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), a
     texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
@@ -85,12 +91,15 @@ def texture_from_photos(
     photographs of another size than their camera, `FormatError` and `OSError` for their files, and `MemoryError` if
     the machine lacks the memory.
 
-    Source: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008.
+    Sources: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008; Lempitsky and Ivanov, Seamless
+    mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!, 2014; Allène, Pons
+    and Keriven, Seamless image-based texture atlases using multi-band blending, 2008.
     """
     named = dict(sorted(named_photographs(cameras, images).items()))
     number = object_number(world._core, object)
     wide, threads = whole("size", size, 1, 16384), thread_count(threads)
     magenta = flag("show_unseen", show_unseen)
+    one_of("method", method, ("blend", "best", "detail"))
     one_of("exposure", exposure, ("auto", "off"))
     limit = memory_limits.parse_size("memory", memory) or 0
     mesh = object_mesh(world, number)
@@ -100,7 +109,7 @@ def texture_from_photos(
             code="missing_texture_coordinates",
         )
     source = PhotoSource(photos, named)
-    check_memory(wide, limit)
+    check_memory(wide, limit, TEXEL_BYTES if method == "blend" else COMPOSED_TEXEL_BYTES)
     warn_all(placement_notices(world, named))
     surface = TexturedSurface(mesh, find_texels(mesh.uvs[0], (wide, wide)))
     warn_of_overlap(surface.texels, object)
@@ -108,8 +117,9 @@ def texture_from_photos(
     survey = take_survey(world, named, source, surface, facing, threads)
     gains = estimate_gains(survey) if exposure == "auto" else np.ones((len(named), 3))
     alignment = measure_alignment(survey, gains, np.array([camera.size for camera in named.values()], float))
-    blender = _Blender(world, named, source, surface, facing, gains, threads)
-    blended = blender.blend(limit)
+    set_of_photos = PhotoSet(world, named, source, surface, facing, gains, threads)
+    totals = None if method == "blend" else FaceTotals()
+    blended = blend_texels(set_of_photos, limit, totals)
     if not blended.views.any():
         raise WorldError(
             f"object {object!r} is not visible to any camera; "
@@ -121,12 +131,19 @@ def texture_from_photos(
         PhotographFit(name, int(blended.texels[i]), tuple(map(float, gains[i])), *map(float, both))  # type: ignore[arg-type]
         for i, (name, *both) in enumerate(zip(named, alignment.shift, alignment.disagreement, strict=True))
     )
-    return _result(world, number, surface, blended, fits, magenta, threads)
+    colors, view = blended.colors, np.full(len(blended.views), -1, np.int32)
+    if totals is not None:
+        best = compose(set_of_photos, blended, totals)
+        colors, view = best.colors, best.view
+    if method == "detail":
+        texels = surface.texels
+        colors = add_detail(colors, blended.colors, blended.views > 0, texels.index, texels.size)
+    return _result(world, number, surface, blended, colors, view, fits, magenta, threads)
 
 
-def check_memory(size: int, views: int) -> None:
+def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
     """Raises `MemoryError` if the texels of a texture and their views do not fit into memory."""
-    needed, available = TEXEL_BYTES * size * size + views, memory_limits.available_bytes()
+    needed, available = texel * size * size + views, memory_limits.available_bytes()
     if needed > available:
         error = MemoryError(
             f"a texture of {size} x {size} texels requires {needed / 2**30:.1f} GiB, available: "
@@ -134,70 +151,6 @@ def check_memory(size: int, views: int) -> None:
         )
         vars(error)["code"] = "out_of_memory"
         raise error
-
-
-@dataclass(eq=False)
-class _Blended:
-    """Colours of the texels of faces [n]."""
-
-    colors: Single
-    views: npt.NDArray[np.int32]
-    spread: Single
-    texels: npt.NDArray[np.int64]
-    """The number of texels that each photograph shows."""
-
-
-@dataclass(eq=False)
-class _Blender:
-    """Photographs and the surface that they show."""
-
-    world: World
-    cameras: Mapping[str, Camera]
-    source: PhotoSource
-    surface: TexturedSurface
-    facing: Facing
-    gains: Floats
-    threads: int | None
-
-    def blend(self, memory: int) -> _Blended:
-        """The robust means of all texels, with at most `memory` bytes for views at a time."""
-        count = len(self.surface.texels.index)
-        found = _Blended(
-            np.zeros((count, 3), np.float32),
-            np.zeros(count, np.int32),
-            np.zeros(count, np.float32),
-            np.zeros(len(self.cameras), np.int64),
-        )
-        step = max(PART_TEXELS, memory // TexelViews.BYTES)
-        for first in range(0, count, step):
-            tile = range(first, min(first + step, count))
-            views = TexelViews(len(tile))
-            for number, (name, camera) in enumerate(self.cameras.items()):
-                photo = ViewedPhotograph(self.world, camera, self.source, name, self.threads)
-                found.texels[number] += self._add(views, tile, number, photo)
-            part = slice(tile.start, tile.stop)
-            found.views[part] = views.views
-            views.write_mean(found.colors[part], found.spread[part])
-        return found
-
-    def _add(self, views: TexelViews, tile: range, number: int, photo: ViewedPhotograph) -> int:
-        """Adds a photograph to the views of a tile; the number of texels that it shows."""
-        shown = 0
-        for start in range(tile.start, tile.stop, PART_TEXELS):
-            some = slice(start, min(start + PART_TEXELS, tile.stop))
-            view = view_part(
-                self.world,
-                photo.camera,
-                photo.pyramid,
-                self.surface.part(some),
-                facing=self.facing,
-                edges=photo.edges,
-                threads=self.threads,
-            )
-            colors = view.colors / self.gains[number].astype(np.float32)
-            views.add(view.index + (start - tile.start), view.weight, colors)
-            shown += len(view.index)
-        return shown
 
 
 def _size_notices(survey: Survey, size: int) -> list[Notice]:
@@ -234,13 +187,15 @@ def _result(
     world: World,
     number: int,
     surface: TexturedSurface,
-    blended: _Blended,
+    blended: BlendedTexels,
+    colors: Single,
+    view: npt.NDArray[np.int32],
     fits: tuple[PhotographFit, ...],
     magenta: bool,
     threads: int | None,
 ) -> PhotoTexture:
     """The texture with unseen texels and gutters filled, on a world with the object."""
-    texels, colors = surface.texels, blended.colors
+    texels = surface.texels
     seen = blended.views > 0
     if magenta:
         colors[~seen] = [1, 0, 1]
@@ -265,6 +220,7 @@ def _result(
         covered,
         image(blended.views),  # type: ignore[arg-type]
         image(blended.spread),  # type: ignore[arg-type]
+        image(view + 1) - 1,  # type: ignore[arg-type]
         fits,
     )
 

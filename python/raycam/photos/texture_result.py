@@ -45,5 +45,7 @@ class PhotoTexture:
     """The number of cameras that see the texel."""
     disagreement: npt.NDArray[np.float32]
     """The weighted standard deviation of luminance between views over its mean; high where poses are wrong."""
+    view: npt.NDArray[np.int32]
+    """The texel's photograph, as an index of `photographs`; -1 for blended texels, unseen ones and no face."""
     photographs: tuple[PhotographFit, ...] = field(repr=False)
     """Each photograph's gain, shift and disagreement, in the order of names."""
