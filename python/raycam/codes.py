@@ -153,6 +153,10 @@ _OWN_NOTICES = {
         "Several faces share the same texels, because islands of the texture coordinates overlap.",
         "Unwrap the mesh without overlaps.",
     ),
+    "faces_without_texels": Code(
+        "Faces have no texels, because xatlas did not unwrap them.",
+        'Use atlas="cells", or repair the mesh.',
+    ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
         "Use the size that the message contains.",
@@ -242,7 +246,7 @@ _OWN_ERRORS = {
     ),
     "missing_texture_coordinates": Code(
         "The object has no texture coordinates.",
-        "Unwrap it in another program, such as Blender.",
+        'Unwrap it with atlas="xatlas" (--atlas xatlas), or in another program such as Blender.',
     ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",
