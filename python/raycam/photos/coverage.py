@@ -36,7 +36,9 @@ UNSEEN = np.array([0.85, 0.0, 0.55])
 
 
 def coverage_colors(views: npt.NDArray[np.int32], most: int | None = None) -> npt.NDArray[np.uint8]:
-    """sRGB colours uint8 [n, 3]: magenta for 0 views, then from dark blue for 1 to yellow for `most` or more."""
+    """Returns sRGB colours uint8 [n, 3]: magenta for 0 views, and from dark blue for 1 view to yellow for `most` or
+    more.
+    """
     top = max(int(views.max(initial=1)) if most is None else most, 2)
     colors = viridis(np.clip((views - 1) / (top - 1), 0, 1))
     colors[views == 0] = np.rint(UNSEEN * 255)
@@ -73,6 +75,6 @@ def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = Non
 def coverage_picture(
     world: World, seen: SurfaceVisibility, camera: Camera | None = None, most: int | None = None
 ) -> Frame:
-    """An image of the coverage from `camera` (default: one that frames the mesh)."""
+    """Renders the coverage as seen from `camera` (default: a camera that shows the whole mesh)."""
     colored = coverage_world(world, seen, most)
     return render(colored, camera or colored.view_from(size=(960, 640)), samples=4)
