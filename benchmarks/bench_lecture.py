@@ -1,4 +1,4 @@
-"""The lecture's page: its bytes, the time until its first figure is live, and images a second while figures are dragged.
+"""The lecture's page: its bytes, the time until its first figure is live, and images a second while it is dragged.
 
 Needs `make web` and Chromium. Each figure is dragged by pointer events in every animation frame: on its first canvas
 that can be dragged, otherwise on its first slider.
@@ -33,7 +33,7 @@ DRAG = """
   const canvas = host.querySelector('canvas.draggable'), slider = host.querySelector('input[type=range]');
   if (!canvas && !slider) return null;
   const frame = () => new Promise((done) => requestAnimationFrame(done)), times = [];
-  const say = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { clientX: x, clientY: y, pointerId: 1, bubbles: true }));
+  const say = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { clientX: x, clientY: y, pointerId: 1 }));
   const box = canvas?.getBoundingClientRect(), middle = canvas && [box.left + box.width / 2, box.top + box.height / 2];
   if (canvas) { canvas.setPointerCapture = () => {}; say('pointerdown', ...middle); }
   await frame();
@@ -98,8 +98,8 @@ def main() -> None:
             slowest = min(slowest, (name, rate), key=lambda each: each[1])
             rows.append([name, f"{min(times):.1f} ms", f"{statistics.median(times):.1f} ms", f"{rate:.0f}"])
     notes = [
-        f"Page: {size:,} bytes (target: at most {TARGET_BYTES:,}). Slowest figure: {slowest[0]}, {slowest[1]:.0f} images"
-        f" a second (target: {TARGET_RATE}). First figure live: target {TARGET_S:.0f} s.",
+        f"Page: {size:,} bytes (target: at most {TARGET_BYTES:,}). Slowest figure: {slowest[0]}, "
+        f"{slowest[1]:.0f} images a second (target: {TARGET_RATE}). First figure live: target {TARGET_S:.0f} s.",
         f"{options.loads} loads, {options.seconds:g} s of dragging for each figure. "
         f"Load of the machine: {load_before:.1f} before, {os.getloadavg()[0]:.1f} after, on {os.cpu_count()} cores.",
     ]
