@@ -14,7 +14,7 @@ export class Pictures {
     this.id = 0;
     /** @type {Worker | null} */
     this.worker = null;
-    /** @type {Map<string, Receivers & { id: number, message: any }>} */
+    /** @type {Map<string, Receivers & { id: number, message: any, done?: boolean }>} */
     this.asked = new Map();
   }
 
@@ -43,6 +43,15 @@ export class Pictures {
     this.worker?.postMessage(message);
   }
 
+  /** Stops pictures of a figure that are not finished; they begin again when they are requested. @param {string} id the figure's, which its keys begin with */
+  cancel(id) {
+    for (const [key, { done }] of this.asked) {
+      if (done || key.replace(/\d$/, "") !== id) continue;
+      this.asked.delete(key);
+      this.worker?.postMessage({ type: "cancel", key });
+    }
+  }
+
   /** @param {any} message */
   receive(message) {
     const asked = this.asked.get(message.key);
@@ -50,6 +59,7 @@ export class Pictures {
     else if (message.type === "world") asked?.onWorld?.(message);
     else if (asked) {
       const { width, height, color, samples } = message;
+      asked.done = asked.id === message.id && samples >= asked.message.samples;
       const canvas = document.createElement("canvas");
       [canvas.width, canvas.height] = [width, height];
       const image = new ImageData(width, height);

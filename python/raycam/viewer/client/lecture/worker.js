@@ -15,6 +15,8 @@ export function serveLecture(scope) {
   /** @type {Map<string, any>} the prepared world of each figure */
   const worlds = new Map();
   let works = false;
+  /** The figure whose picture is rendered now; "" if it is cancelled. */
+  let current = "";
 
   function load(/** @type {Request} */ { key, text }) {
     const old = worlds.get(key);
@@ -41,14 +43,14 @@ export function serveLecture(scope) {
     const color = new Float32Array(3 * width * height);
     for (let row = 0; row < height; row += rows) {
       if (row > 0) await nextTurn();
-      if (waiting.has(key)) return;
+      if (waiting.has(key) || current !== key) return;
       const region = [0, row, width, Math.min(rows, height - row)];
       const frame = world.render(camera, JSON.stringify({ channels: ["color"], integrator, samples, seed, region, ambient_occlusion: false }));
       color.set(frame.plane("color"), 3 * width * row);
       frame.free();
     }
     scope.postMessage({ type: "picture", key, id, samples, width, height, color }, [color.buffer]);
-    if (samples < asked.samples) waiting.set(key, { ...asked, done: samples });
+    if (samples < asked.samples && current === key) waiting.set(key, { ...asked, done: samples });
   }
 
   async function work() {
@@ -57,6 +59,7 @@ export function serveLecture(scope) {
     while (waiting.size) {
       const [asked] = [...waiting.values()].sort((a, b) => a.done - b.done || b.id - a.id);
       waiting.delete(asked.key);
+      current = asked.key;
       try {
         await draw(asked);
       } catch (error) {
@@ -85,6 +88,9 @@ export function serveLecture(scope) {
       } catch (error) {
         fail("", 0, error);
       }
+    } else if (data.type === "cancel") {
+      waiting.delete(data.key);
+      if (current === data.key) current = "";
     } else waiting.set(data.key, { ...data, done: 0 });
     work();
   };
