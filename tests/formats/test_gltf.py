@@ -22,6 +22,7 @@ from support.gltf_document import (
     png,
     seen,
 )
+from support.raises import raises
 
 DATA = Path(__file__).parent / "data" / "gltf"
 
@@ -355,6 +356,101 @@ def test_lights(tmp_path: Path) -> None:
     assert any("range is a hint" in str(notice) for notice in world.notices)
 
 
+def omitted(world: raycam.World) -> list[str]:
+    """The places of the elements that notices report as omitted, without the file's name."""
+    notices = [notice for notice in world.notices if notice.code == "ignored_element"]
+    return [subject.split(": ")[-1] for notice in notices for subject in notice.subjects]
+
+
+def lamps(lights: object) -> Document:
+    """A square and a node for each of the lights, with no checks of the lights."""
+    document = Document()
+    document.use("KHR_lights_punctual")
+    document.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
+    for i in range(len(lights) if isinstance(lights, list) else 1):
+        document.node(extensions={"KHR_lights_punctual": {"light": i}}, translation=[0, 0, 3])
+    document.node(mesh=document.square())
+    return document
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "expected", "noticed"),
+    [
+        (float(np.float32(np.pi / 2)), float(np.float32(np.pi / 2)), (90, 90), False),
+        (0.3, 0.3, (0.3, 0.3), False),
+        (0.0, float(np.float32(np.pi / 2)), (0, 90), False),
+        (0.4, 0.3, (0.3, 0.3), True),
+        (-0.1, 0.3, (0, 0.3), True),
+        (0.2, 3.0, (0.2, 90), True),
+    ],
+)
+def test_spot_angles_out_of_range_are_clamped(
+    tmp_path: Path, inner: float, outer: float, expected: tuple[float, float], noticed: bool
+) -> None:
+    document = lamps([{"type": "spot", "spot": {"innerConeAngle": inner, "outerConeAngle": outer}}])
+    world = load(document, tmp_path)
+    degrees = [value if value == 90 else np.degrees(value) for value in expected]
+    np.testing.assert_allclose([world.lights[0]["inner"], world.lights[0]["outer"]], degrees)
+    clamped = [notice for notice in world.notices if notice.code == "clamped_value"]
+    assert len(clamped) == noticed
+    assert all("lights[0].spot" in notice.subjects[0] for notice in clamped)
+    frame = raycam.render(world, world.default_camera((8, 8)), samples=1)
+    assert np.isfinite(frame["color"]).all()
+
+
+@pytest.mark.parametrize(
+    "faulty",
+    [
+        {"type": "area"},
+        {"type": 3},
+        {"intensity": 1},
+        {"type": "point", "color": [1, 1]},
+        {"type": "point", "intensity": "bright"},
+        {"type": "spot", "spot": {"outerConeAngle": 0}},
+        {"type": "spot", "spot": "wide"},
+        None,
+        "sun",
+    ],
+)
+def test_faulty_light_is_omitted_with_a_notice(tmp_path: Path, faulty: object) -> None:
+    world = load(lamps([{"type": "directional", "intensity": 3}, faulty, {"type": "point"}]), tmp_path)
+    assert [light["type"] for light in world.lights] == ["sun", "point"]
+    assert len(world.objects) == 1
+    assert omitted(world) == ["nodes[1].extensions.KHR_lights_punctual.light"]
+
+
+@pytest.mark.parametrize("lights", [3, {"0": {}}, [5]])
+def test_faulty_list_of_lights_is_omitted_with_a_notice(tmp_path: Path, lights: object) -> None:
+    world = load(lamps(lights), tmp_path)
+    assert (len(world.objects), len(world.lights)) == (1, 0)
+    assert omitted(world) == ["nodes[0].extensions.KHR_lights_punctual.light"]
+
+
+def test_missing_light_is_omitted_with_a_notice(tmp_path: Path) -> None:
+    document = lamps([{"type": "point"}])
+    document.json["nodes"][0]["extensions"]["KHR_lights_punctual"] = {"light": 7}
+    assert omitted(load(document, tmp_path)) == ["nodes[0].extensions.KHR_lights_punctual.light"]
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"type": "fisheye"},
+        {"type": "perspective", "perspective": {"yfov": 0, "znear": 1}},
+        {"type": "perspective", "perspective": {"yfov": "wide", "znear": 1}},
+        {"type": "orthographic"},
+        {},
+    ],
+)
+def test_faulty_camera_is_omitted_with_a_notice(tmp_path: Path, camera: dict[str, object]) -> None:
+    document = Document()
+    document.node(camera=document.add("cameras", **camera))
+    document.node(mesh=document.square())
+    world = load(document, tmp_path)
+    assert (len(world.objects), len(world.cameras)) == (1, 0)
+    assert omitted(world) == ["nodes[0].camera"]
+
+
 # Missing things -------------------------------------------------------------------------------------------
 
 
@@ -366,7 +462,9 @@ def test_unknown_extensions(tmp_path: Path) -> None:
     assert world.counts["triangles"] == 2
     assert any("EXT_of_tomorrow is not read, and not required" in str(notice) for notice in world.notices)
     document.use("EXT_of_tomorrow", required=True)
-    with pytest.raises(
-        raycam.FormatError, match=r"extensionsRequired: EXT_of_tomorrow \(UNSUPPORTED_EXTENSION\)"
+    with raises(
+        raycam.FormatError,
+        code="unsupported_feature",
+        mentions=["extensionsRequired", "EXT_of_tomorrow", "UNSUPPORTED_EXTENSION"],
     ):
         load(document, tmp_path)

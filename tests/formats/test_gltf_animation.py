@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 from support.gltf_document import TRIANGLE, Document, animated, load
 
@@ -79,3 +81,36 @@ def test_morph_targets_and_skins(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.at(0.25, "weights of 0").triangles()[0], TRIANGLE + 0.25 * up)
     moved = TRIANGLE + weights[:, :1] * [1, 0, 0] + weights[:, 1:2] * [0, 0, 3]
     np.testing.assert_allclose(world.at(1, 1).triangles()[1], moved, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda a: a["samplers"][1].update(interpolation=0),
+        lambda a: a["samplers"][1].update(interpolation="SMOOTH"),
+        lambda a: a["samplers"][1].update(input=99),
+        lambda a: a["samplers"][1].pop("output"),
+        lambda a: a["channels"][1].update(sampler=9),
+        lambda a: a["channels"][1].update(target={"node": 0, "path": 5}),
+        lambda a: a["channels"].__setitem__(1, None),
+    ],
+)
+def test_faulty_channel_is_omitted_with_a_notice(
+    tmp_path: Path, damage: Callable[[dict[str, Any]], object]
+) -> None:
+    document = Document()
+    node = document.node(mesh=document.square())
+    animated(document, "translation", [0, 2], [[0, 0, 0], [4, 0, 0]], node=node)
+    animated(document, "scale", [0, 2], [[1, 1, 1], [3, 3, 3]], node=node)
+    animations = document.json["animations"]
+    first, second = animations
+    first["channels"].append({**second["channels"][0], "sampler": 1})
+    first["samplers"].append(second["samplers"][0])
+    animations[1] = {"channels": 7}
+    damage(first)
+    world = load(document, tmp_path)
+    moved = world.at(1.0).objects[0].matrix
+    np.testing.assert_allclose(moved[:3], [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0]], atol=1e-6)
+    notices = [notice for notice in world.notices if notice.code == "ignored_element"]
+    places = [subject.split(": ")[-1] for notice in notices for subject in notice.subjects]
+    assert places == ["animations[0].channels[1]", "animations[1]"]

@@ -14,10 +14,10 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
 
-use crate::error::{FormatError, Result};
+use crate::error::{FormatError, Location, Result};
 use crate::geometry::weld::{self, VertexWelder};
 use crate::io::lexer::{self, Lines, Words};
-use crate::io::{AssetRoot, ByteSource, InputFile};
+use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER_BYTES: usize = 84;
@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         assets.budget.take_elements(path, corners as u64)?;
         vec![binary(source, &mut notices)?]
     } else {
-        let solids = text(path, bytes)?;
+        let solids = text(path, bytes, &mut notices)?;
         let triangles = solids.iter().map(|solid| solid.triangles.len());
         let corners = 3 * triangles.sum::<usize>();
         assets.budget.take_elements(path, corners as u64)?;
@@ -90,7 +90,8 @@ fn is_binary(source: &InputFile) -> bool {
     }
     let text = lexer::plain_text(bytes);
     let first = Lines::new(&text).map(|(_, line)| lexer::trim(line)).find(|line| !line.is_empty() && !is_comment(line));
-    let solid = first.and_then(|line| line.get(..5)).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let begins = |word: &[u8]| word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"facet");
+    let solid = first.and_then(|line| line.get(..5)).is_some_and(begins);
     // No text has a zero byte.
     !solid || text.contains(&0)
 }
@@ -236,59 +237,211 @@ enum ParserState {
     EndFacet,
 }
 
-/// The solids of a text file.
-fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>> {
-    let mut solids: Vec<(String, VertexWelder<DVec3>, Vec<[u32; 3]>)> = Vec::new();
-    let mut expect = ParserState::Solid;
-    let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
+impl ParserState {
+    /// The statement that this state expects.
+    fn statement(self) -> Statement {
+        match self {
+            Self::Solid => Statement::Solid,
+            Self::Facet => Statement::Facet,
+            Self::Loop => Statement::Loop,
+            Self::Vertex => Statement::Vertex,
+            Self::EndLoop => Statement::EndLoop,
+            Self::EndFacet => Statement::EndFacet,
+        }
+    }
+}
+
+/// Statement of a text file.
+#[derive(Clone, Copy, PartialEq)]
+enum Statement {
+    Solid,
+    Facet,
+    Loop,
+    Vertex,
+    EndLoop,
+    EndFacet,
+    EndSolid,
+    Blank,
+    Unknown,
+}
+
+impl Statement {
+    /// The statement in a line, and the text after its keyword. `end loop` is `endloop`, and `endsolidNAME` is
+    /// `endsolid NAME`.
+    fn parse(line: &[u8]) -> (Self, &[u8]) {
+        let (key, rest) = lexer::split_word(line);
+        let key = key.to_ascii_lowercase();
+        let statement = match &key[..] {
+            b"" => Self::Blank,
+            key if is_comment(key) => Self::Blank,
+            b"solid" => Self::Solid,
+            b"facet" => Self::Facet,
+            b"outer" => Self::Loop,
+            b"vertex" => Self::Vertex,
+            b"endloop" => Self::EndLoop,
+            b"endfacet" => Self::EndFacet,
+            b"end" => {
+                let (key, rest) = lexer::split_word(rest);
+                return match &key.to_ascii_lowercase()[..] {
+                    b"loop" => (Self::EndLoop, rest),
+                    b"facet" => (Self::EndFacet, rest),
+                    b"solid" => (Self::EndSolid, rest),
+                    _ => (Self::Unknown, rest),
+                };
+            }
+            key if key.starts_with(b"endsolid") => Self::EndSolid,
+            key if key.starts_with(b"solid") => Self::Solid,
+            _ => Self::Unknown,
+        };
+        (statement, rest)
+    }
+}
+
+/// State of reading a text file line by line.
+struct TextParser<'a> {
+    path: &'a Path,
+    solids: Vec<(String, VertexWelder<DVec3>, Vec<[u32; 3]>)>,
+    expect: ParserState,
+    corners: [DVec3; 3],
+    count: usize,
+    odd: Diagnostics,
+}
+
+impl TextParser<'_> {
+    fn begin_solid(&mut self, line: usize, name: String) -> Result<bool> {
+        if self.solids.len() == 1 << 16 {
+            return Err(FormatError::line(self.path, line, "more than 65536 solids in one file"));
+        }
+        self.solids.push((name, VertexWelder::default(), Vec::new()));
+        self.expect = ParserState::Facet;
+        Ok(true)
+    }
+
+    fn note(&mut self, line: usize, message: &str) {
+        self.odd.note(NoticeCode::InvalidFile, Location::Line(line), message);
+    }
+
+    fn line(&mut self, line: usize, text: &[u8]) -> Result<()> {
+        let (statement, rest) = Statement::parse(text);
+        if statement == Statement::Blank {
+            return Ok(());
+        }
+        if statement == Statement::Unknown {
+            let (key, _) = lexer::split_word(text);
+            let message = format!("lines that begin with {} are not used", lexer::for_message(key));
+            self.odd.note(NoticeCode::IgnoredKey, Location::Line(line), message);
+            return Ok(());
+        }
+        while self.is_missing(statement) {
+            self.note(line, &format!("expected {} before this line; it is added", name(self.expect)));
+            self.statement(line, self.expect.statement(), b"")?;
+        }
+        if self.is_repeated(statement) {
+            self.note(line, "a repeated line is not used");
+            return Ok(());
+        }
+        if !self.statement(line, statement, rest)? {
+            let found = lexer::for_message(lexer::trim(text));
+            return Err(FormatError::line(self.path, line, format!("expected {}, found {found}", name(self.expect))));
+        }
+        Ok(())
+    }
+
+    /// True if the statement follows one that contains no data, such as `outer loop`, and which the file leaves out.
+    fn is_missing(&self, statement: Statement) -> bool {
+        use {ParserState as P, Statement as S};
+        matches!(
+            (self.expect, statement),
+            (P::Loop, S::Vertex)
+                | (P::EndLoop, S::EndFacet | S::Facet | S::EndSolid)
+                | (P::EndFacet, S::Facet | S::EndSolid | S::Solid)
+        )
+    }
+
+    /// True if the statement says the same as the one before it.
+    fn is_repeated(&self, statement: Statement) -> bool {
+        use {ParserState as P, Statement as S};
+        matches!(
+            (self.expect, statement),
+            (P::EndFacet, S::EndLoop) | (P::Facet, S::EndFacet) | (P::Solid, S::EndSolid)
+        ) || (self.expect, statement, self.count) == (P::Vertex, S::Loop, 0)
+    }
+
+    /// Applies a statement; false if it does not follow the previous one.
+    fn statement(&mut self, line: usize, statement: Statement, rest: &[u8]) -> Result<bool> {
+        use {ParserState as P, Statement as S};
+        self.expect = match (self.expect, statement) {
+            (P::Solid, S::Solid) => return self.begin_solid(line, lexer::name(rest)),
+            (P::Facet, S::Solid) => {
+                self.note(line, "the solid before this line has no endsolid: it is taken to end here");
+                match self.solids.last_mut().filter(|(.., triangles)| triangles.is_empty()) {
+                    Some((old, ..)) => *old = lexer::name(rest),
+                    None => return self.begin_solid(line, lexer::name(rest)),
+                }
+                P::Facet
+            }
+            (P::Solid, S::Facet) => {
+                self.note(line, "a facet outside of a solid: it is read as part of a solid without a name");
+                self.begin_solid(line, String::new())?;
+                P::Loop
+            }
+            // The normal follows from the corners.
+            (P::Facet, S::Facet) => P::Loop,
+            (P::Facet, S::EndSolid) => P::Solid,
+            (P::Loop, S::Loop) => P::Vertex,
+            (P::Vertex, S::Vertex) => {
+                self.corners[self.count] = corner(self.path, line, rest)?;
+                self.count += 1;
+                if self.count == 3 { P::EndLoop } else { P::Vertex }
+            }
+            (P::EndLoop, S::EndLoop) => P::EndFacet,
+            (P::EndFacet, S::EndFacet) => {
+                self.count = 0;
+                if let Some((_, weld, triangles)) = self.solids.last_mut() {
+                    triangles.push(self.corners.map(|corner| weld.insert(corner)));
+                }
+                P::Facet
+            }
+            _ => return Ok(false),
+        };
+        Ok(true)
+    }
+}
+
+/// The solids of a text file. Lines of other keywords and a missing `endsolid` get a notice.
+fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Solid>> {
+    let mut parser = TextParser {
+        path,
+        solids: Vec::new(),
+        expect: ParserState::Solid,
+        corners: [DVec3::ZERO; 3],
+        count: 0,
+        odd: Diagnostics::default(),
+    };
     let mut last = 0;
     for (line, text) in Lines::new(&lexer::plain_text(bytes)) {
         last = line;
-        let (key, rest) = lexer::split_word(text);
-        let key = key.to_ascii_lowercase();
-        expect = match (expect, &key[..]) {
-            (same, b"") => same,
-            (same, key) if is_comment(key) => same,
-            (ParserState::Solid, b"solid") => {
-                if solids.len() == 1 << 16 {
-                    return Err(FormatError::line(path, line, "more than 65536 solids in one file"));
-                }
-                solids.push((lexer::name(rest), VertexWelder::default(), Vec::new()));
-                ParserState::Facet
-            }
-            // The normal follows from the corners.
-            (ParserState::Facet, b"facet") => ParserState::Loop,
-            (ParserState::Facet, b"endsolid" | b"end") => ParserState::Solid,
-            (ParserState::Loop, b"outer") => ParserState::Vertex,
-            (ParserState::Vertex, b"vertex") => {
-                corners[count] = corner(path, line, rest)?;
-                count += 1;
-                if count == 3 { ParserState::EndLoop } else { ParserState::Vertex }
-            }
-            (ParserState::EndLoop, b"endloop") => ParserState::EndFacet,
-            (ParserState::EndFacet, b"endfacet") => {
-                count = 0;
-                if let Some((_, weld, triangles)) = solids.last_mut() {
-                    triangles.push(corners.map(|corner| weld.insert(corner)));
-                }
-                ParserState::Facet
-            }
-            (expected, _) => {
-                let message = format!("expected {}, found {}", name(expected), lexer::for_message(lexer::trim(text)));
-                return Err(FormatError::line(path, line, message));
-            }
-        };
+        parser.line(line, text)?;
     }
-    if expect == ParserState::Solid {
-        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
-            name,
-            vertices: weld.points,
-            triangles,
-            colors: None,
-        };
-        return Ok(solids.into_iter().map(solid).collect());
+    match parser.expect {
+        ParserState::Solid => {}
+        ParserState::Facet => {
+            let message = "the last solid has no endsolid: the file may be cut off";
+            parser.odd.note(NoticeCode::TruncatedData, Location::Line(last), message);
+        }
+        expect => {
+            return Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))));
+        }
     }
-    Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))))
+    let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
+        name,
+        vertices: weld.points,
+        triangles,
+        colors: None,
+    };
+    let solids = parser.solids.into_iter().map(solid).collect();
+    notices.extend(parser.odd.into_notices(path));
+    Ok(solids)
 }
 
 fn name(expect: ParserState) -> &'static str {

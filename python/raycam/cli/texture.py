@@ -29,6 +29,36 @@ def _add(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
     )
+    command.add_argument(
+        "--atlas",
+        metavar="NAME",
+        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
+    )
+    command.add_argument(
+        "--report",
+        metavar="HTML",
+        help="page with maps, each photograph's fit, and photographs beside the textured model",
+    )
+    command.add_argument(
+        "--method",
+        metavar="NAME",
+        default="blend",
+        help="blend (default): mean of the best photographs; best: one photograph for each face, with levelled seams; "
+        "detail: low frequencies of blend, high ones of best",
+    )
+    command.add_argument(
+        "--exposure",
+        metavar="NAME",
+        default="auto",
+        help="auto (default): make the colours of overlapping photographs equal; off: use them as they are",
+    )
+    command.add_argument(
+        "--memory",
+        metavar="SIZE",
+        default="1 GiB",
+        help='memory for the views of texels, such as "4 GiB" (default: 1 GiB); photographs are read again if it is '
+        "too small for all texels",
+    )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)
 
@@ -46,10 +76,16 @@ def _run(options: argparse.Namespace) -> None:
             options.photos,
             object=0 if options.object is None else options.object,
             size=options.texture_size,
+            atlas=options.atlas,
+            method=options.method,
+            exposure=options.exposure,
             show_unseen=options.show_unseen,
+            memory=options.memory,
             threads=options.threads,
         )
         result.world.to_gltf(options.output)
+        if options.report is not None:
+            result.save_report(options.report)
     print_notices(notices)
     share = 100 * result.seen.sum() / result.covered.sum()
     print(f"{options.output}: {share:.3g} % of the texels are visible to {len(cameras)} photographs")
@@ -61,5 +97,6 @@ COMMAND = Command(
     [
         "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb",
         "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb --texture-size 4096 --show-unseen",
+        "raycam texture scan.ply --cameras sparse/0 --photos images -o out.glb --atlas xatlas --report report.html",
     ],
 )

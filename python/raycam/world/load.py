@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -31,32 +31,34 @@ def load(
     time: float | None = None,
     up: Literal["z", "y"] | None = None,
     packages: Iterable[str | os.PathLike[str]] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf).
+    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro).
 
-    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
+    USD (.usd .usda .usdc .usdz) requires the `raycam[usd]` extra; it is read in a separate process.
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
-    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`.
-    `variant` is the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}",
-    several separated by commas: all prims with that variant change. `World.variants` lists them.
+    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`. `variant` is
+    the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several
+    separated by commas; "NAME" applies to all prims with that variant. `World.variants` lists the names.
 
-    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
-    images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
+    `texture_memory` limits the memory of material images, in bytes or as "512 MiB" (see `World`). Without it, images
+    may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
-    `folder` is the folder within which the files that a file names may lie: images, materials, buffers, layers, meshes
-    (default: the folder of the file). Symbolic links are followed within it. What lies outside is left out with a
-    notice, or is an error where nothing can be shown without it. A `path` that is a link may lead anywhere: the files
-    that it names are searched beside the link and beside its target.
+    `folder` restricts which files are read: images, materials, buffers, layers and meshes must be in it (default: the
+    file's folder). Symbolic links are followed within it. A part whose file is outside is omitted with a notice; an
+    essential part raises an error. `path` itself may be a link to anywhere; files that it refers to are then searched
+    next to the link and next to its target.
 
-    `time` is the time in seconds at which a USD file is read (default: the first time of each value); other files move
-    by `World.at`.
+    `time` is the time in seconds at which a USD file is read (default: the first time of each value); for other
+    formats, use `World.at`.
 
-    `up` is the up axis of a model whose file does not say it or is wrong: it turns the view, the sky and the ground,
-    and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
+    `up` is the model's up axis, if the file does not specify it or is wrong. It rotates the view, the sky and the
+    ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y up.
 
-    A robot (.urdf) stands at the origin with its joints at zero, or at the limit that is nearest to zero; see
-    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched.
+    A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
+    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
+    `xacro_args` are the arguments of a xacro file.
 
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
@@ -66,11 +68,13 @@ def load(
             f"path must be the path of a world or model, not {type(path).__name__}", code="wrong_type"
         )
     check_exists(path)
+    if xacro_args and Path(path).suffix.lower() != ".xacro":
+        raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
     if Path(path).suffix.lower() in usd.SUFFIXES:
         core, variants = load_usd(path, texture_memory, folder, time, variant)
         world, variant = World._of(core, variants), None
     elif is_robot(path):
-        return _load_robot(path, variant, texture_memory, folder, time, up, packages)
+        return _load_robot(path, variant, texture_memory, folder, time, up, packages, xacro_args)
     elif time is not None:
         raise SettingsError(
             f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
@@ -118,7 +122,7 @@ def _with_robots(
         with collected():
             return World._described(description, home, texture_memory, lines)
     except Error as error:
-        raise type(error)(f"{os.fspath(path)}: {error}") from None
+        raise type(error)(f"{os.fspath(path)}: {error}", code=error.code) from None
 
 
 def _load_robot(
@@ -129,6 +133,7 @@ def _load_robot(
     time: float | None,
     up: Literal["z", "y"] | None,
     packages: Iterable[str | os.PathLike[str]],
+    xacro_args: Mapping[str, str] | None,
 ) -> World:
     """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
     for name, value in (("variant", variant), ("time", time)):
@@ -144,7 +149,7 @@ def _load_robot(
         folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
         texture_memory=texture_memory,
     )
-    world.add_robot(path, folder=folder, packages=packages)
+    world.add_robot(path, folder=folder, packages=packages, xacro_args=xacro_args)
     return world
 
 

@@ -31,6 +31,9 @@ ORDER = {
         prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
         queries render render_many progressive lib
     """,
+    "settle": """
+        error convert random surface parts request bodies start simulation judge overlap settle lib
+    """,
     "web": """
         failure request page lib
     """,
@@ -39,7 +42,7 @@ ORDER = {
     """,
     "python": """
         errors codes notices progress arguments srgb read_only _serialization io camera sensors/sensor rig usd robots
-        world calibration reference render sensors annotations
+        world calibration reference render sensors lidar annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
@@ -49,10 +52,13 @@ ORDER = {
 DELEGATIONS = {
     "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
     "sensors/sensor.py": {"world/world.py"},
+    "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},
+    "explanation/explanation.py": {"viewer/explanation_page.py"},
 }
-"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`.
+"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`,
+`Explanation.save_figure`.
 
 Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
 """

@@ -163,7 +163,10 @@ impl<'a> Body<'a> {
     pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a length alone takes no memory.
-        if length < 0.0 { Err(self.error(format!("a list of {length} items"))) } else { Ok(length as usize) }
+        if length >= 0.0 && length.fract() == 0.0 && length.is_finite() {
+            return Ok(length as usize);
+        }
+        Err(self.error(format!("a list of {length} items")))
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use crate::error::{FormatError, Result};
-use crate::io::ByteSource;
+use raycam_scene::NoticeCode;
+
+use crate::error::{FormatError, Location, Result};
 use crate::io::lexer::{self, Words};
+use crate::io::{ByteSource, Diagnostics};
 use crate::ply::body::Body;
 use crate::ply::scalar::ScalarType;
 
@@ -31,11 +33,20 @@ pub(crate) struct Header {
     pub(crate) elements: Vec<Element>,
     /// The images named in comments, as MeshLab does it.
     pub(crate) textures: Vec<Vec<u8>>,
+    /// Lines that are not used.
+    pub(crate) odd: Diagnostics,
 }
 
 /// Reads the header of a file from its first bytes, which are all of them where the file is text.
 pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -> Result<(Header, Body<'a>)> {
-    let mut parser = HeaderParser { path, line: 0, elements: Vec::new(), textures: Vec::new(), encoding: None };
+    let mut parser = HeaderParser {
+        path,
+        line: 0,
+        elements: Vec::new(),
+        textures: Vec::new(),
+        odd: Diagnostics::default(),
+        encoding: None,
+    };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
     let Some(encoding) = parser.encoding else { return Err(parser.error("no format line before end_header")) };
@@ -44,7 +55,7 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -
         Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
         Encoding::BinaryBigEndian => Body::binary(path, file, at, true),
     };
-    let header = Header { elements: parser.elements, textures: parser.textures };
+    let header = Header { elements: parser.elements, textures: parser.textures, odd: parser.odd };
     header.check_counts(path, encoding, after)?;
     Ok((header, body))
 }
@@ -83,6 +94,7 @@ struct HeaderParser<'a> {
     line: usize,
     elements: Vec<Element>,
     textures: Vec<Vec<u8>>,
+    odd: Diagnostics,
     encoding: Option<Encoding>,
 }
 
@@ -144,27 +156,39 @@ impl HeaderParser<'_> {
                 if self.elements.is_empty() {
                     return Err(self.error("a property before the first element"));
                 }
-                let Some(property) = property(words) else {
+                let Some(property) = self.property(words) else {
                     return Err(self.error("expected property KIND NAME or property list KIND KIND NAME"));
                 };
                 if let Some(element) = self.elements.last_mut() {
                     element.properties.push(property);
                 }
             }
-            _ => return Err(self.error(&format!("unknown keyword {}", lexer::for_message(key)))),
+            // Some programs write comments without the keyword.
+            _ => {
+                let message = format!("header lines that begin with {} are not used", lexer::for_message(key));
+                self.odd.note(NoticeCode::IgnoredKey, Location::Line(self.line), message);
+            }
         }
         Ok(())
     }
-}
 
-fn property(mut words: Words<'_>) -> Option<Property> {
-    let first = words.next()?;
-    let (list, kind) = match first {
-        b"list" => (Some(ScalarType::parse(words.next()?)?), ScalarType::parse(words.next()?)?),
-        kind => (None, ScalarType::parse(kind)?),
-    };
-    if list.is_some_and(ScalarType::is_float) {
-        return None;
+    /// The column that the words after `property` declare. In a text file, a kind of any name is a number.
+    fn property(&mut self, mut words: Words<'_>) -> Option<Property> {
+        let first = words.next()?;
+        let (list, kind) = match first {
+            b"list" => (Some(self.kind(words.next()?)?), self.kind(words.next()?)?),
+            kind => (None, self.kind(kind)?),
+        };
+        Some(Property { name: lexer::name(words.next()?), list, kind })
     }
-    Some(Property { name: lexer::name(words.next()?), list, kind })
+
+    fn kind(&mut self, word: &[u8]) -> Option<ScalarType> {
+        let known = ScalarType::parse(word);
+        if known.is_none() && self.encoding == Some(Encoding::Ascii) {
+            let message = format!("numbers of the unknown kind {} are read as float64", lexer::for_message(word));
+            self.odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);
+            return Some(ScalarType::F64);
+        }
+        known
+    }
 }

@@ -31,7 +31,7 @@ use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 use crate::ply::body::Body;
 use crate::ply::columns::PropertyRole;
 use crate::ply::columns::{Columns, Row};
-use crate::ply::header::{Element, Header};
+use crate::ply::header::Element;
 
 /// The model in a PLY file: one part.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
@@ -53,7 +53,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     }
     ply.notices.extend(ply.degenerate.notice(path));
     ply.notices.extend(body.notices());
-    ply.model(&header, assets)
+    ply.notices.extend(header.odd.into_notices(path));
+    ply.model(&header.textures, assets)
 }
 
 /// Number of bytes that have to be in memory: the header of a binary file that is as long as one of triangles alone.
@@ -252,7 +253,7 @@ impl<'a> Ply<'a> {
         (0..element.count).try_for_each(|_| columns.read(body, &mut row))
     }
 
-    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile> {
+    fn model(mut self, images_named: &[Vec<u8>], assets: &mut AssetRoot) -> Result<MeshFile> {
         let path = self.path;
         if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
@@ -280,8 +281,8 @@ impl<'a> Ply<'a> {
         let textured = self.mesh.uvs.is_some();
         let mut model = MeshFile::from_mesh(self.mesh, self.notices);
         if textured {
-            textures::add(path, &header.textures, images, assets, &mut model)?;
-        } else if !header.textures.is_empty() {
+            textures::add(path, images_named, images, assets, &mut model)?;
+        } else if !images_named.is_empty() {
             let message = "its images are not used: there are no texture coordinates";
             model.notices.push(Notice::new(NoticeCode::IgnoredElement, format!("{}: {message}", path.display())));
         }

@@ -9,6 +9,8 @@ pub(crate) enum ScalarType {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -22,6 +24,8 @@ impl ScalarType {
             b"ushort" | b"uint16" => Self::U16,
             b"int" | b"int32" => Self::I32,
             b"uint" | b"uint32" => Self::U32,
+            b"int64" => Self::I64,
+            b"uint64" => Self::U64,
             b"float" | b"float32" => Self::F32,
             b"double" | b"float64" => Self::F64,
             _ => return None,
@@ -33,7 +37,7 @@ impl ScalarType {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
+            Self::I64 | Self::U64 | Self::F64 => 8,
         }
     }
 
@@ -55,6 +59,9 @@ impl ScalarType {
             Self::U16 => u16::from_le_bytes(first(bytes, big_endian)).into(),
             Self::I32 => i32::from_le_bytes(first(bytes, big_endian)).into(),
             Self::U32 => u32::from_le_bytes(first(bytes, big_endian)).into(),
+            // Whole numbers up to 2^53 are exact.
+            Self::I64 => i64::from_le_bytes(first(bytes, big_endian)) as f64,
+            Self::U64 => u64::from_le_bytes(first(bytes, big_endian)) as f64,
             Self::F32 => f32::from_le_bytes(first(bytes, big_endian)).into(),
             Self::F64 => f64::from_le_bytes(first(bytes, big_endian)),
         }

@@ -26,8 +26,14 @@ pub(crate) fn read(
     // The length 3 in the type of the list.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];
-    let last = three.len() - 1;
-    three[if big_endian { last } else { 0 }] = 3;
+    match length {
+        ScalarType::F32 if big_endian => three.copy_from_slice(&3_f32.to_be_bytes()),
+        ScalarType::F32 => three.copy_from_slice(&3_f32.to_le_bytes()),
+        ScalarType::F64 if big_endian => three.copy_from_slice(&3_f64.to_be_bytes()),
+        ScalarType::F64 => three.copy_from_slice(&3_f64.to_le_bytes()),
+        _ if big_endian => three[length.bytes() - 1] = 3,
+        _ => three[0] = 3,
+    }
     let triangles = match (big_endian, &*three) {
         (false, &[three]) => rows.read(u32::from_le_bytes, |length| *length == [three]),
         (false, three) => rows.read(u32::from_le_bytes, |length| length == three),

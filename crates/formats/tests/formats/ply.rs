@@ -2,6 +2,7 @@ use std::fs;
 
 use raycam_formats::encode::png;
 use raycam_formats::{Budget, read_model};
+use raycam_scene::NoticeCode;
 
 use crate::support::{
     area, data, error, folder, mesh, message, model, mutations, rgb, texts, truncations, vector_area,
@@ -261,7 +262,7 @@ fn bad_files_are_told_with_line_or_byte() {
         ),
         (ascii(rows).replace("property float x", "property float w"), "a.ply: element vertex has no x, y and z"),
         (
-            ascii(rows).replace("float x", "quad x"),
+            ascii(rows).replace("property float x", "property float"),
             "a.ply:4: expected property KIND NAME or property list KIND KIND NAME",
         ),
         (
@@ -430,4 +431,67 @@ fn damage_is_never_silent_and_never_fatal() {
     }
     let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
     assert!(model("a.ply", extra).notices[0].to_string().contains("4 bytes after the last row are not used"));
+}
+
+const TRIANGLE: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+fn triangle_header(format: &str, list: &str, comment: &str) -> String {
+    format!(
+        "ply\nformat {format} 1.0\n{comment}element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list {list} vertex_indices\nend_header\n"
+    )
+}
+
+#[test]
+fn unknown_header_line_gets_a_notice() {
+    let expected = mesh("a.ply", triangle_header("ascii", "uchar int", "") + TRIANGLE);
+    let odd = model("a.ply", triangle_header("ascii", "uchar int", "Created by a scanner\n") + TRIANGLE);
+    assert_eq!(odd.parts[0].mesh, expected);
+    let found: Vec<_> = odd.notices.iter().map(|notice| (notice.code, &notice.subjects[..])).collect();
+    assert_eq!(found, [(NoticeCode::IgnoredKey, &["a.ply:3".to_owned()][..])]);
+}
+
+#[test]
+fn lists_of_every_kind_of_number_are_read() {
+    let expected = mesh("a.ply", triangle_header("ascii", "uchar int", "") + TRIANGLE);
+    for list in
+        ["int64 int64", "uint64 uint64", "float float", "double double", "uchar float", "float int", "char long"]
+    {
+        let model = model("a.ply", triangle_header("ascii", list, "") + TRIANGLE);
+        assert_eq!(model.parts[0].mesh, expected, "{list}");
+        let codes: Vec<_> = model.notices.iter().map(|notice| notice.code).collect();
+        assert_eq!(codes, [NoticeCode::AssumedConvention][..usize::from(list.contains("long"))], "{list}");
+    }
+    for big in [false, true] {
+        let format = if big { "binary_big_endian" } else { "binary_little_endian" };
+        let encode = |kind: &str, value: u8| {
+            let mut bytes = match kind {
+                "uchar" => vec![value],
+                "int" => i32::from(value).to_le_bytes().to_vec(),
+                "int64" | "uint64" => u64::from(value).to_le_bytes().to_vec(),
+                "float" => f32::from(value).to_le_bytes().to_vec(),
+                _ => f64::from(value).to_le_bytes().to_vec(),
+            };
+            if big {
+                bytes.reverse();
+            }
+            bytes
+        };
+        for length in ["uchar", "int64", "uint64", "float", "double"] {
+            for item in ["int", "int64", "uint64", "float", "double"] {
+                let mut bytes = triangle_header(format, &format!("{length} {item}"), "").into_bytes();
+                for value in [0, 0, 0, 1, 0, 0, 0, 1, 0] {
+                    bytes.extend(encode("float", value));
+                }
+                bytes.extend(encode(length, 3));
+                bytes.extend([0, 1, 2].into_iter().flat_map(|index| encode(item, index)));
+                assert_eq!(mesh("a.ply", &bytes), expected, "{format} {length} {item}");
+                truncations("a.ply", &bytes, |_| false);
+            }
+        }
+    }
+    let odd = error("a.ply", triangle_header("ascii", "float int", "") + &TRIANGLE.replace("3 0 1 2", "3.5 0 1 2"));
+    assert!(odd.contains("a.ply:13") && odd.contains("3.5"), "{odd}");
+    let huge = error("a.ply", triangle_header("ascii", "int64 int", "") + &TRIANGLE.replace("3 0 1 2", "9e18 0 1 2"));
+    assert!(huge.contains("a.ply:13"), "{huge}");
 }

@@ -1,4 +1,5 @@
 use raycam_formats::{Budget, load, read_model};
+use raycam_scene::NoticeCode;
 
 use crate::support::{area, data, error, mesh, model, mutations, texts, truncations, vector_area};
 
@@ -74,8 +75,6 @@ fn bad_files_are_told_with_line_or_byte() {
         ("vertex 0 0e0 0", "vertex 0 0", "a.stl:4: vertex \"0 0\": expected three numbers"),
         ("vertex 0 0e0 0", "vertex 0 0 0 0", "a.stl:4: vertex: \"0\" after three numbers"),
         ("    vertex 0 0e0 0\n", "", "a.stl:6: expected vertex (a facet has three), found \"endloop\""),
-        ("outer loop", "inner loop", "a.stl:3: expected outer loop, found \"inner loop\""),
-        ("endsolid", "endsol", "a.stl:30: expected facet or endsolid, found \"endsol a\""),
     ] {
         assert_eq!(error("a.stl", text.replacen(from, to, 1)), expected);
     }
@@ -90,6 +89,53 @@ fn bad_files_are_told_with_line_or_byte() {
     assert_eq!(error("a.stl", [0; 84]), "a.stl: no facets: nothing to see");
     let short = "a.stl: neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
     assert_eq!(error("a.stl", "hello"), short);
+}
+
+/// A file with one of these changes, and the codes of its notices with their line.
+#[test]
+fn text_with_odd_lines_is_read_with_a_notice() {
+    use NoticeCode::{IgnoredKey, InvalidFile, TruncatedData};
+    let whole = mesh("a.stl", ascii("a"));
+    let cases: [(&str, &str, &[(NoticeCode, &str)]); 18] = [
+        ("endloop", "end loop", &[]),
+        ("endfacet", "END FACET", &[]),
+        ("endsolid a", "endsolida", &[]),
+        ("endsolid a", "end solid a", &[]),
+        ("endsolid a", "end", &[(IgnoredKey, "30"), (TruncatedData, "30")]),
+        ("solid a\n", "solid\nsolid a\n", &[(InvalidFile, "2")]),
+        ("endsolid a\n", "", &[(TruncatedData, "29")]),
+        ("endsolid", "endsol", &[(IgnoredKey, "30"), (TruncatedData, "30")]),
+        ("endsolid a\n", "endsolid a\nendsolid a\n", &[(InvalidFile, "31")]),
+        ("  facet", "  color 0.5 0.5 0.5\n  facet", &[(IgnoredKey, "2")]),
+        ("   endloop", "    color 1 0 0\n   endloop", &[(IgnoredKey, "7")]),
+        ("    vertex 0 0e0 0", "    attribute 3\n    vertex 0 0e0 0", &[(IgnoredKey, "4")]),
+        ("solid a\n", "", &[(InvalidFile, "1")]),
+        ("   outer loop\n", "", &[(InvalidFile, "3")]),
+        ("   endloop\n", "", &[(InvalidFile, "7")]),
+        ("  endfacet\n", "", &[(InvalidFile, "8")]),
+        ("   outer loop\n", "   outer loop\n   outer loop\n", &[(InvalidFile, "4")]),
+        ("outer loop", "inner loop", &[(IgnoredKey, "3"), (InvalidFile, "4")]),
+    ];
+    for (from, to, expected) in cases {
+        let model = model("a.stl", ascii("a").replacen(from, to, 1));
+        let parts: Vec<_> = model.parts.iter().map(|part| &part.mesh).collect();
+        assert_eq!(parts, [&whole], "{from:?} {to:?}");
+        let found: Vec<_> = model.notices.iter().map(|notice| (notice.code, &notice.subjects[0][..])).collect();
+        let expected: Vec<_> = expected.iter().map(|(code, line)| (*code, format!("a.stl:{line}"))).collect();
+        let expected: Vec<_> = expected.iter().map(|(code, place)| (*code, &place[..])).collect();
+        assert_eq!(found, expected, "{from:?} {to:?}");
+    }
+    let every = model("a.stl", ascii("a").replace("   endloop\n", "").replace("   outer loop\n", ""));
+    assert_eq!((&every.parts[0].mesh, every.notices.len(), every.notices[0].count), (&whole, 2, 4));
+}
+
+#[test]
+fn text_with_a_missing_vertex_is_refused() {
+    for text in
+        [ascii("a").replacen("    vertex 0 0e0 0\n", "    vertx 0 0 0\n", 1), ascii("a").replacen("vertex", "", 3)]
+    {
+        assert!(error("a.stl", &text).contains("expected vertex"), "{text}");
+    }
 }
 
 #[test]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import importlib
 import json
-import struct
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -22,16 +21,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ...annotations.flow import check_rectified
-from ...arguments import Floats, product
+from ...arguments import Floats
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
+from .cdr import BODY, WORLD, Cdr, body_of, mount_of, quaternion, transform
+from .mcap_lidars import lidar_messages
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True, "start_time": 1.0}
-WORLD, BODY = "world", "base_link"
-"""The fixed frame, and the frame of a rig's body."""
 HEADER = "std_msgs/Header header\n"
 RULE = "=" * 80 + "\n"
 STAMPED = (
@@ -54,22 +53,25 @@ DEFINITIONS = {
     f"{RULE}MSG: geometry_msgs/TransformStamped\n{HEADER}string child_frame_id\ngeometry_msgs/Transform transform\n"
     f"{RULE}MSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
     f"{RULE}MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n{QUATERNION}{STAMPED}",
+    "sensor_msgs/msg/PointCloud2": f"{HEADER}uint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+    "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
+    f"{RULE}MSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n{STAMPED}",
     "std_msgs/msg/String": "string data\n",
 }
-"""The messages in the words of `ros2msg`, with what they are made of."""
+"""Message definitions in `ros2msg` syntax, including nested types."""
 BAG = "raycam.mcap"
 LATCHED = ("/tf_static", "/instances")
-"""Topics that are sent once, and that late subscribers receive too."""
+"""Topics that are sent once and that late subscribers also receive."""
 LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
     "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
     "  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n  avoid_ros_namespace_conventions: false"
 )
-"""The quality of service of latched topics, in the words of rosbag2: reliable and transient local."""
+"""Quality of service of latched topics in rosbag2's syntax: reliable and transient local."""
 
 
 def library() -> ModuleType:
-    """The module `mcap.writer`; raises `SettingsError` with the way on where it is not installed."""
+    """Returns the module `mcap.writer`; raises `SettingsError` with a remedy if it is not installed."""
     try:
         return importlib.import_module("mcap.writer")
     except ImportError:
@@ -78,41 +80,10 @@ def library() -> ModuleType:
         ) from None
 
 
-class Cdr:
-    """The bytes of a message in CDR, little endian."""
-
-    def __init__(self) -> None:
-        self._body = bytearray()
-
-    def add_numbers(self, kind: str, *values: Any) -> Cdr:
-        """Appends numbers of a kind of `struct`, each aligned to its size."""
-        size = struct.calcsize(kind)
-        self._body += bytes(-len(self._body) % size)
-        self._body += struct.pack(f"<{len(values)}{kind}", *values)
-        return self
-
-    def add_text(self, value: str) -> Cdr:
-        """Appends a string."""
-        data = value.encode() + b"\0"
-        self.add_numbers("I", len(data))._body += data
-        return self
-
-    def add_bytes(self, value: bytes) -> Cdr:
-        """Appends a sequence of bytes."""
-        self.add_numbers("I", len(value))._body += value
-        return self
-
-    def add_header(self, stamp: int, frame: str) -> Cdr:
-        """Appends a `std_msgs/Header` of a time in nanoseconds."""
-        return self.add_numbers("i", stamp // 10**9).add_numbers("I", stamp % 10**9).add_text(frame)
-
-    def to_bytes(self) -> bytes:
-        """The whole message."""
-        return b"\0\1\0\0" + bytes(self._body)
-
-
 def distortion(camera: Camera) -> tuple[str, list[float]]:
-    """ROS's name and coefficients of a lens; raises `SettingsError` for those that ROS does not have."""
+    """Returns ROS's name and coefficients of a lens; raises `SettingsError` for lens models that ROS does not
+    support.
+    """
     values = [] if camera.distortion is None else camera.distortion.tolist()
     if camera.model == "pinhole":
         return "plumb_bob", [0.0] * 5
@@ -129,7 +100,9 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
 
 
 def baseline(plan: Plan, number: int) -> float:
-    """Metres from the leftmost camera of a view's rig with which it is a rectified pair; 0 for that one, and alone."""
+    """Returns the distance in metres to the leftmost camera of the rig that forms a rectified pair with it; 0 without
+    one.
+    """
     view = plan.shots[number]
     if view.rig is None:
         return 0.0
@@ -143,7 +116,7 @@ def baseline(plan: Plan, number: int) -> float:
 
 
 def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> bytes:
-    """A `sensor_msgs/CameraInfo`; K counts pixels from the centre of the first, as ROS does.
+    """Returns a `sensor_msgs/CameraInfo`; as in ROS, the centre of the first pixel is (0, 0).
 
     `right` is the `baseline` of a rectified pair: P[0, 3] is -fx times that.
     """
@@ -158,22 +131,8 @@ def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> b
     return message.add_numbers("I", 0, 0).add_numbers("I", 0, 0, 0, 0).add_numbers("B", 0).to_bytes()
 
 
-def quaternion(rotation: Floats) -> list[float]:
-    """x, y, z, w of a rotation, w >= 0. Source: S. Shepperd, Quaternion from Rotation Matrix, 1978."""
-    r, trace = rotation, np.trace(rotation)
-    squares = np.array([2 * r[0, 0] - trace, 2 * r[1, 1] - trace, 2 * r[2, 2] - trace, trace])
-    largest = int(np.argmax(squares))
-    pairs = [[r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]]]
-    pairs += [[r[0, 1] + r[1, 0], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]]]
-    pairs += [[r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[1, 0] - r[0, 1]]]
-    pairs += [[r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]]
-    q = np.insert(np.array(pairs[largest]), largest, 1 + squares[largest])
-    q /= np.sqrt((q * q).sum())
-    return [float(value) for value in (q if q[3] >= 0 else -q)]
-
-
 def names(plan: Plan, number: int) -> tuple[str, str]:
-    """The topics' beginning and the frame of a view."""
+    """Returns the prefix of a view's topics, and its frame."""
     view = plan.shots[number]
     own = view.rig[1] if view.rig is not None else view.name or ""
     topic = str(plan.options["topic"]).rstrip("/")
@@ -205,9 +164,11 @@ def check(plan: Plan) -> None:
 
 
 def stamp_of(plan: Plan, number: int) -> int:
-    """The time stamp of a view, nanoseconds: `start_time` plus its time, or that of its frame at `fps`.
+    """Returns a view's time stamp in nanoseconds: `start_time` plus its time, or plus its frame number divided by
+    `fps`.
 
-    All cameras of a rig's pose have one stamp. ROS reads a stamp of 0 as "the latest", so `start_time` is 1 by default.
+    All cameras of a rig's pose have the same stamp. ROS interprets a stamp of 0 as "the latest", so `start_time` is 1
+    by default.
     """
     view = plan.shots[number]
     frame = number if view.rig is None else view.rig[0]
@@ -216,7 +177,7 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture as PNG; its messages are in the record, for the bag."""
+    """Makes an image as PNG; its messages are in the record, for the bag."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
     frame = shot.render(["color", "instance", *(["depth"] if deep else [])])
@@ -243,28 +204,24 @@ def make(plan: Plan, number: int) -> Made:
             (f"{topic}/depth", "sensor_msgs/msg/Image", image_of(metres, "32FC1", stamp, optical))
         )
     messages += transforms(plan, number, stamp)
+    messages += lidar_messages(plan, number, stamp)
     rows = [(name, kind, base64.b64encode(data).decode()) for name, kind, data in messages]
     return {f"images/{plan.picture_name(number)}.png": picture}, {"stamp": stamp, "messages": rows}
 
 
 def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) -> bytes:
-    """A `sensor_msgs/Image` of four-byte values [height, width], little endian."""
+    """Returns a `sensor_msgs/Image` of four-byte values [height, width], little endian."""
     height, width = values.shape
     message = Cdr().add_header(stamp, frame).add_numbers("I", height, width).add_text(encoding)
     return message.add_numbers("B", 0).add_numbers("I", 4 * width).add_bytes(values.tobytes()).to_bytes()
 
 
-def transform(stamp: int, parent: str, child: str, rotation: Floats, translation: Floats) -> bytes:
-    """A `tf2_msgs/TFMessage` with one transform, which takes coordinates in `child` to coordinates in `parent`."""
-    message = Cdr().add_numbers("I", 1).add_header(stamp, parent).add_text(child)
-    return message.add_numbers("d", *translation).add_numbers("d", *quaternion(rotation)).to_bytes()
-
-
 def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
-    """The transforms that a view adds to the frame tree.
+    """Returns the transforms that a view adds to the frame tree.
 
-    A camera alone has the frame of its optics in `world`. The cameras of a rig are fixed on `base_link`, which is the
-    rig's body, or the first camera of a rig whose cameras do not keep their places; the body moves in `world`.
+    The optical frame of a single camera is a child of `world`. The cameras of a rig are children of `base_link`,
+    which moves in `world`. `base_link` is the rig's body, or the first camera if the rig's cameras move relative to
+    each other.
     """
     kind, view = "tf2_msgs/msg/TFMessage", plan.shots[number]
     optical = names(plan, number)[1]
@@ -283,22 +240,13 @@ def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, byte
     return found
 
 
-def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
-    """The rotation body_from_world and the position of a rig's body, for the views of one of its poses."""
-    first = plan.shots[pose[0]]
-    return first.body if first.body is not None else (first.camera.R, first.camera.C)
-
-
-def mount_of(camera: Camera, R: Floats, C: Floats) -> tuple[Floats, Floats]:
-    """The rotation body_from_camera, and the camera's place on the body."""
-    return product(R, camera.R.T), product(R, camera.C - C)
-
-
 _fixed: WeakKeyDictionary[Plan, bool] = WeakKeyDictionary()
 
 
 def has_fixed_mounts(plan: Plan) -> bool:
-    """True if the cameras have the same places on the body at every pose of the rigs; computed once for a plan."""
+    """Returns True if the cameras have the same positions on the body at every pose of the rigs; computed once per
+    plan.
+    """
     if plan not in _fixed:
         mounts: dict[str, tuple[Floats, Floats]] = {}
 
@@ -313,7 +261,7 @@ def has_fixed_mounts(plan: Plan) -> bool:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the bag, a piece for each view, and `metadata.yaml`, by which `ros2 bag` opens the folder."""
+    """Makes the bag, a piece for each view, and `metadata.yaml`, which `ros2 bag` requires to open the folder."""
     table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()
@@ -349,7 +297,7 @@ def bag(records: Iterator[Record]) -> Iterator[bytes]:
 
 
 def metadata(records: Iterator[Record]) -> str:
-    """The text of rosbag2's `metadata.yaml`, version 5."""
+    """Returns the text of rosbag2's `metadata.yaml`, version 5."""
     counts: dict[tuple[str, str], int] = {}
     first, last = None, 0
     for record in records:
@@ -373,4 +321,4 @@ def metadata(records: Iterator[Record]) -> str:
     )
 
 
-FORMAT = Format(make, index, check, OPTIONS, posed=True)
+FORMAT = Format(make, index, check, OPTIONS, posed=True, writes_lidars=True)

@@ -17,6 +17,7 @@ use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Root;
+use crate::gltf::json::lenient::Lenient;
 use crate::io::InputFile;
 
 /// A document and the bytes it refers to.
@@ -52,6 +53,20 @@ impl Document<'_> {
     /// The item at an index that is written at `place`.
     pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T> {
         all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
+    }
+
+    /// The element at an index that is written at `place`; `part` is the name of the list.
+    pub(crate) fn get_valid<'b, T>(
+        &self,
+        all: &'b [Lenient<T>],
+        index: usize,
+        place: &str,
+        part: &str,
+    ) -> Result<&'b T> {
+        match self.get(all, index, place)? {
+            Lenient::Valid(element) => Ok(element),
+            Lenient::Faulty(fault) => Err(self.fault(format!("{part}[{index}]: {fault} (TYPE_MISMATCH)"))),
+        }
     }
 
     pub(crate) fn scene(&self, place: &str, source: SceneError) -> FormatError {

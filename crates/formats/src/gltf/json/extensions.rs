@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::gltf::json::lenient::Lenient;
+
 /// Indices of accessors by name, in the order of the names.
 pub(crate) type Attributes = BTreeMap<String, usize>;
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct Lights {
-    pub(crate) lights: Vec<Light>,
+    pub(crate) lights: Vec<Lenient<Light>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -16,6 +16,7 @@ macro_rules! json_objects {
 }
 
 pub(crate) mod extensions;
+pub(crate) mod lenient;
 pub(crate) mod material;
 pub(crate) mod texture_info;
 use serde::Deserialize;
@@ -24,6 +25,7 @@ use crate::gltf::json::extensions::{
     Attributes, GpuInstancing, Lights, MeshoptView, NodeLight, Pointer, TextureSource, Variant, VariantMapping,
     Variants, Visibility,
 };
+use crate::gltf::json::lenient::Lenient;
 use crate::gltf::json::material::Material;
 
 json_objects! {
@@ -36,7 +38,7 @@ json_objects! {
         scenes: Vec<Scene>,
         nodes: Vec<Node>,
         meshes: Vec<Mesh>,
-        cameras: Vec<Camera>,
+        cameras: Vec<Lenient<Camera>>,
         materials: Vec<Material>,
         textures: Vec<Texture>,
         images: Vec<Image>,
@@ -45,12 +47,12 @@ json_objects! {
         buffer_views: Vec<BufferView>,
         buffers: Vec<Buffer>,
         skins: Vec<Skin>,
-        animations: Vec<Animation>,
+        animations: Vec<Lenient<Animation>>,
         extensions: RootExtensions,
     }
 
     struct RootExtensions {
-        "KHR_lights_punctual" lights: Option<Lights>,
+        "KHR_lights_punctual" lights: Option<Lenient<Lights>>,
         "KHR_materials_variants" variants: Option<Variants>,
     }
 }
@@ -106,7 +108,7 @@ impl Node {
 
 json_objects! {
     struct NodeExtensions {
-        "KHR_lights_punctual" light: Option<NodeLight>,
+        "KHR_lights_punctual" light: Option<Lenient<NodeLight>>,
         "EXT_mesh_gpu_instancing" instancing: Option<GpuInstancing>,
         "KHR_node_visibility" visibility: Option<Visibility>,
     }
@@ -292,8 +294,8 @@ pub(crate) struct Skin {
 pub(crate) struct Animation {
     #[serde(default)]
     pub(crate) name: String,
-    pub(crate) channels: Vec<Channel>,
-    pub(crate) samplers: Vec<AnimationSampler>,
+    pub(crate) channels: Vec<Lenient<Channel>>,
+    pub(crate) samplers: Vec<Lenient<AnimationSampler>>,
 }
 
 #[derive(Debug, Deserialize)]

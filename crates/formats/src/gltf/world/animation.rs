@@ -16,26 +16,44 @@ impl Builder<'_, '_> {
     pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>> {
         let document = self.document;
         let mut animations = Vec::new();
-        for (i, json) in document.root.animations.iter().enumerate() {
+        for i in 0..document.root.animations.len() {
+            let place = format!("animations[{i}]");
+            let json = document.get_valid(&document.root.animations, i, &place, "animations");
+            let Some(json) = self.or_omitted(&place, "the animation", json)? else { continue };
             let mut channels = Vec::new();
-            for (j, channel) in json.channels.iter().enumerate() {
-                let place = format!("animations[{i}].channels[{j}]");
-                let targets = self.channel_targets(&place, channel, nodes)?;
-                let Some(&target) = targets.first() else { continue };
-                let at = format!("{place}.sampler");
-                let sampler = document.get(&json.samplers, channel.sampler, &at)?;
-                let at = format!("animations[{i}].samplers[{}]", channel.sampler);
-                let width = match target {
-                    AnimationTarget::Weights(node) => nodes[node].weights.len(),
-                    target => target.component_count(),
-                };
-                let rotation = matches!(target, AnimationTarget::Rotation(_));
-                let sampler = Arc::new(self.sampler(&at, sampler, width, rotation)?);
-                channels.extend(targets.into_iter().map(|target| Channel { target, sampler: sampler.clone() }));
+            for j in 0..json.channels.len() {
+                let read = self.channel(&place, json, j, nodes);
+                let read = self.or_omitted(&format!("{place}.channels[{j}]"), "the channel", read)?;
+                channels.extend(read.unwrap_or_default());
             }
             animations.push(Animation { name: json.name.clone(), channels });
         }
         Ok(animations)
+    }
+
+    /// The channels of the world that channel `index` of an animation becomes: one for each target.
+    fn channel(
+        &mut self,
+        animation: &str,
+        json: &json::Animation,
+        index: usize,
+        nodes: &[Node],
+    ) -> Result<Vec<Channel>> {
+        let document = self.document;
+        let place = format!("{animation}.channels[{index}]");
+        let channel = document.get_valid(&json.channels, index, &place, &format!("{animation}.channels"))?;
+        let targets = self.channel_targets(&place, channel, nodes)?;
+        let Some(&target) = targets.first() else { return Ok(Vec::new()) };
+        let (at, samplers) = (format!("{place}.sampler"), format!("{animation}.samplers"));
+        let sampler = document.get_valid(&json.samplers, channel.sampler, &at, &samplers)?;
+        let at = format!("{samplers}[{}]", channel.sampler);
+        let width = match target {
+            AnimationTarget::Weights(node) => nodes[node].weights.len(),
+            target => target.component_count(),
+        };
+        let rotation = matches!(target, AnimationTarget::Rotation(_));
+        let sampler = Arc::new(self.sampler(&at, sampler, width, rotation)?);
+        Ok(targets.into_iter().map(|target| Channel { target, sampler: sampler.clone() }).collect())
     }
 
     /// The targets of a channel, all of the same kind; empty, with a notice, where raycam animates none of them.

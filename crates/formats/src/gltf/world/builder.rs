@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use raycam_scene::animation::DeformableMesh;
-use raycam_scene::{Image, World};
+use raycam_scene::{Image, NoticeCode, World};
 
+use crate::error::{FormatError, Result};
 use crate::gltf::document::Document;
 use crate::io::{AssetRoot, Diagnostics};
 
@@ -17,6 +18,21 @@ pub(crate) struct Builder<'a, 'b> {
     pub(crate) world: World,
     pub(crate) textures: ImportedTextures,
     pub(crate) meshes: ImportedMeshes,
+}
+
+impl Builder<'_, '_> {
+    /// The result for an element that the world can do without: a fault in the file becomes a notice, and the element is
+    /// omitted.
+    pub(crate) fn or_omitted<T>(&mut self, place: &str, what: &str, result: Result<T>) -> Result<Option<T>> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(FormatError::Syntax { message, .. }) => {
+                self.diagnostics.note(NoticeCode::IgnoredElement, place, format!("{what} is omitted: {message}"));
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
 }
 
 /// Meshes that have been read, by index in the document.

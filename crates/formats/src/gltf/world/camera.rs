@@ -30,7 +30,7 @@ impl Builder<'_, '_> {
         world_from_node: DAffine3,
     ) -> Result<Option<usize>> {
         let document = self.document;
-        let json = document.get(&document.root.cameras, index, place)?;
+        let json = document.get_valid(&document.root.cameras, index, place, "cameras")?;
         let place = format!("cameras[{index}]");
         let projection = self.projection(&place, json)?;
         let world_from_camera = match rigid(world_from_node) {

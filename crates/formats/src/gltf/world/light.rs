@@ -10,6 +10,8 @@ use raycam_scene::animation::NodeLight;
 use raycam_scene::{Light, NoticeCode};
 
 use crate::error::Result;
+use crate::gltf::json::extensions::Spot;
+use crate::gltf::json::lenient::Lenient;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::material::NON_NEGATIVE;
 
@@ -23,10 +25,16 @@ impl Builder<'_, '_> {
         world_from_node: DAffine3,
     ) -> Result<Option<NodeLight>> {
         let document = self.document;
-        let lights = document.root.extensions.lights.as_ref();
-        let lights = lights.map_or(&[][..], |lights| &lights.lights);
-        let json = document.get(lights, index, place)?;
-        let place = format!("extensions.KHR_lights_punctual.lights[{index}]");
+        let lights = match &document.root.extensions.lights {
+            None => &[][..],
+            Some(Lenient::Valid(lights)) => &lights.lights,
+            Some(Lenient::Faulty(fault)) => {
+                return Err(document.fault(format!("extensions.KHR_lights_punctual: {fault} (TYPE_MISMATCH)")));
+            }
+        };
+        const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
+        let json = document.get_valid(lights, index, place, LIGHTS)?;
+        let place = format!("{LIGHTS}[{index}]");
         let color = self.numbers(&format!("{place}.color"), json.color, [0.0, 1.0]);
         let intensity = self.number(&format!("{place}.intensity"), json.intensity, NON_NEGATIVE);
         let power = color.map(|v| v * intensity);
@@ -48,14 +56,7 @@ impl Builder<'_, '_> {
             "directional" => Light::Sun { direction: direction.to_array(), irradiance: power, angular_diameter: 0.0 },
             "point" => Light::Point { position, power: None, intensity: Some(power), radius: 0.0 },
             "spot" => {
-                let (inner, outer) =
-                    json.spot.as_ref().map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
-                if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
-                    return Err(document.fault(format!(
-                        "{place}.spot: angles {inner} and {outer}, expected 0 <= inner < outer <= pi/2 \
-                         (KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES)"
-                    )));
-                }
+                let (inner, outer) = self.spot_angles(&place, json.spot.as_ref())?;
                 Light::Spot {
                     position,
                     direction: direction.to_array(),
@@ -74,5 +75,27 @@ impl Builder<'_, '_> {
         let added = self.world.add_light(light.clone());
         let added = added.map_err(|error| document.scene(&place, error))?;
         Ok(Some(NodeLight { light: added, node, definition: index, base: light, color, intensity }))
+    }
+
+    /// The inner and the outer angle of a spot in radians, clamped to 0 <= inner <= outer <= pi/2. Blender writes equal
+    /// angles, and pi/2 as a float32, which is slightly larger.
+    fn spot_angles(&mut self, place: &str, spot: Option<&Spot>) -> Result<(f64, f64)> {
+        const ROUNDING: f64 = 1e-6;
+        const CODE: &str = "KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES";
+        let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
+        if !(outer > 0.0) {
+            let message = format!("{place}.spot.outerConeAngle: {outer}, expected more than 0 ({CODE})");
+            return Err(self.document.fault(message));
+        }
+        let used_outer = outer.min(FRAC_PI_2);
+        let used_inner = inner.clamp(0.0, used_outer);
+        if (used_outer - outer).abs() > ROUNDING || (used_inner - inner).abs() > ROUNDING {
+            let message = format!(
+                "angles {inner} and {outer}, expected 0 <= inner < outer <= pi/2: clamped to {used_inner} and \
+                 {used_outer} ({CODE})"
+            );
+            self.diagnostics.note(NoticeCode::ClampedValue, format!("{place}.spot"), message);
+        }
+        Ok((used_inner, used_outer))
     }
 }

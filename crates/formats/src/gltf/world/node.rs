@@ -10,6 +10,7 @@ use raycam_scene::{Mesh, NoticeCode, Object, World};
 use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Node;
+use crate::gltf::json::lenient::Lenient;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::builder::ImportedMesh;
 
@@ -86,8 +87,9 @@ impl Builder<'_, '_> {
         let place = format!("nodes[{i}]");
         if let Some(camera) = node.camera {
             let at = format!("{place}.camera");
-            let added = self.camera(&at, camera, &node.name, transform)?;
-            rig.cameras.extend(added.map(|added| NodeCamera {
+            let added = self.camera(&at, camera, &node.name, transform);
+            let added = self.or_omitted(&at, "the camera", added)?;
+            rig.cameras.extend(added.flatten().map(|added| NodeCamera {
                 camera: added,
                 node: i,
                 definition: camera,
@@ -99,7 +101,11 @@ impl Builder<'_, '_> {
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
-            rig.lights.extend(self.light(&place, light.light, i, transform)?);
+            let added = match light {
+                Lenient::Valid(light) => self.light(&place, light.light, i, transform),
+                Lenient::Faulty(fault) => Err(self.document.fault(format!("{fault} (TYPE_MISMATCH)"))),
+            };
+            rig.lights.extend(self.or_omitted(&place, "the light", added)?.flatten());
         }
         if let Some(mesh) = node.mesh.filter(|_| visible || moving)
             && let Some(imported) = self.mesh(&format!("{place}.mesh"), mesh)?

@@ -3,10 +3,10 @@
 import { cross, dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { pixelOf } from "../core/steps.js";
 import { addMatrices } from "./matrices.js";
-import { fixed, tuple } from "./numbers.js";
-import { OutsideView } from "./outside.js";
-import { drawDot, drawLine } from "./shapes.js";
-import { addOutside, addPicture, cornerHandles, worldContent } from "./views.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { OutsideView } from "../figure/outside.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
+import { addOutside, addPicture, centerHandle, cornerHandles, imagePoint, vertexHandle, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
@@ -26,17 +26,20 @@ function addAngles(fig) {
 /** The eleven numbers of P. @param {Figure} fig */
 export function buildMatrix(fig) {
   const { shared } = fig;
-  addOutside(fig, { label: "The camera, its image plane and the world", content: () => ({ ...worldContent(fig), spots: [] }), handles: () => [centerHandle(fig)] });
+  addOutside(fig, { label: "The camera, its image plane and the world", content: () => worldContent(fig), handles: () => [centerHandle(fig)] });
   addPicture(fig, { handles: () => cornerHandles(fig) });
   fig.host.classList.add("double", "many");
+  fig.group("K", "K: five intrinsic parameters");
   numberSlider(fig, "fx", { name: "fₓ", symbol: "K", min: 120, max: 700 });
-  numberSlider(fig, "fy", { name: "f_y", symbol: "K", min: 120, max: 700 });
+  numberSlider(fig, "fy", { name: "fᵧ", symbol: "K", min: 120, max: 700 });
   numberSlider(fig, "skew", { name: "s", symbol: "K", min: -150, max: 150 });
   numberSlider(fig, "cx", { name: "cₓ", symbol: "K", min: 0, max: 319, step: 0.5, digits: 1 });
-  numberSlider(fig, "cy", { name: "c_y", symbol: "K", min: 0, max: 239, step: 0.5, digits: 1 });
+  numberSlider(fig, "cy", { name: "cᵧ", symbol: "K", min: 0, max: 239, step: 0.5, digits: 1 });
+  fig.group("R", "R: three angles");
   addAngles(fig);
+  fig.group("C", "C: three coordinates");
   ["x", "y", "z"].forEach((axis, i) =>
-    fig.slider({ name: `C ${axis}`, symbol: "C", min: i === 2 ? 0.2 : -6, max: 6, step: 0.05, get: () => shared.numbers.C[i], set: (value) => { shared.numbers.C[i] = value; } }),
+    fig.slider({ name: axis, symbol: "C", min: i === 2 ? 0.2 : -6, max: 6, step: 0.05, get: () => shared.numbers.C[i], set: (value) => { shared.numbers.C[i] = value; } }),
   );
   addMatrices(fig, [
     { symbol: "P", columns: 4, get: () => shared.camera.P },
@@ -46,35 +49,29 @@ export function buildMatrix(fig) {
   ]);
 }
 
-/** The handle of the camera's centre. @param {Figure} fig @returns {import("./views.js").Handle} */
-export function centerHandle({ shared }) {
-  return {
-    get: () => shared.numbers.C, color: "C", symbol: "C", text: "C",
-    set: (point) => { shared.numbers.C = [point[0], point[1], Math.max(0.2, point[2])].map((value) => Math.max(-6, Math.min(6, value))); },
-  };
-}
-
 /** A point X and its pixel x = P X. @param {Figure} fig */
 export function buildProject(fig) {
   const { shared } = fig;
   const corner = () => shared.numbers.triangles[0].corners[2];
   const imageOf = () => pixelOf(shared.camera.P, corner());
-  const view = addOutside(fig, {
+  const handles = () => [vertexHandle(fig, 2, { color: "X", symbol: "X", text: "X" })];
+  addOutside(fig, {
     label: "A point X of the world and its image x",
     content: () => {
       const { u, v } = imageOf();
-      const x = view.imagePoint(shared, u, v);
+      const x = imagePoint(fig, u, v);
       return {
-        ...worldContent(fig), faded: 0.6, strokes: [{ from: corner(), to: shared.numbers.C, color: "P", width: 2, symbol: "P" }],
-        spots: [{ at: shared.numbers.C, color: "C", symbol: "C", text: "C" }, { at: x, color: "P", symbol: "x", text: "x" }],
+        ...worldContent(fig), faded: 0.6, strokes: [{ from: corner(), to: shared.numbers.C, color: "P", width: 2.5, symbol: "P" }],
+        spots: [{ at: shared.numbers.C, color: "C", symbol: "C", text: "C" }, { at: x, color: "x", symbol: "x", text: "x" }],
       };
     },
-    handles: () => [{ get: corner, set: (point) => { shared.numbers.triangles[0].corners[2] = [point[0], point[1], Math.max(0, point[2])]; }, color: "edge", symbol: "X", text: "X" }],
+    handles,
   });
   addPicture(fig, {
+    handles: () => [{ ...handles()[0], text: "" }],
     overlay: (pen, place) => {
       const { u, v } = imageOf();
-      drawDot(pen, place(u, v), "P", 6);
+      drawDot(pen, place(u, v), "x", pen.lit("x") ? 9 : 6);
       pen.label({ at: place(u, v), text: `x = (${fixed(u, 1)}, ${fixed(v, 1)})`, symbol: "x" });
     },
   });
@@ -94,15 +91,15 @@ export function buildProject(fig) {
 export function buildAngles(fig) {
   const { shared } = fig;
   addOutside(fig, {
-    label: "The camera's axes: right, down and forward", view: new OutsideView({ azimuth: -32, elevation: 30, center: [1.8, -3.3, 1.9], radius: 1.7 }),
+    label: "The camera's axes: right, down and forward", view: new OutsideView({ azimuth: -12, elevation: 26, center: [1.9, -3.4, 1.75], radius: 1.45 }),
     content: () => {
       const { C } = shared.numbers;
       const [right, down] = [0, 1].map((i) => rowOf(shared.camera.R, i));
       return {
         ...worldContent(fig), faded: 0.7,
         strokes: [
-          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "r1 right", symbol: "R", arrow: true },
-          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "r2 down", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, right), color: "R", text: "r₁ right", symbol: "R", arrow: true },
+          { from: C, to: plusTimes(C, 0.7, down), color: "R", text: "r₂ down", symbol: "R", arrow: true },
         ],
         spots: [{ at: C, color: "C", symbol: "C", text: "C" }],
       };
@@ -117,11 +114,11 @@ export function buildAngles(fig) {
 /** Back-projection: X' = P⁺x. @param {Figure} fig */
 export function buildBackProject(fig) {
   const { shared } = fig;
-  const view = addOutside(fig, {
-    label: "The line through the pixel and the centre, with the point X′", view: new OutsideView({ center: [0.7, -1.6, 1], radius: 3.2 }), picksPixel: true,
+  addOutside(fig, {
+    label: "The line through the pixel and the centre, with the point X′", view: new OutsideView({ center: [0.7, -1.6, 0.9], radius: 2.8 }), picksPixel: true,
     content: () => {
       const { ray, numbers } = shared;
-      const x = view.imagePoint(shared, numbers.pixel[0], numbers.pixel[1]);
+      const x = imagePoint(fig, numbers.pixel[0], numbers.pixel[1]);
       const unit = ray.r.map((value) => value / lengthOf(ray.r));
       const spots = [{ at: numbers.C, color: "C", symbol: "C", text: "C" }, { at: x, color: "x", symbol: "x", text: "x" }];
       if (ray.XPrime) spots.push({ at: ray.XPrime, color: "X′", symbol: "X′", text: "X′" });
@@ -144,7 +141,7 @@ export function buildBackProject(fig) {
 export function buildSign(fig) {
   const { shared } = fig;
   addOutside(fig, {
-    label: "X′ − C, the axis v, and the ray that points forward", view: new OutsideView({ center: [1.4, -2.6, 1.4], radius: 2.7 }),
+    label: "X′ − C, the axis v, and the ray that points forward", view: new OutsideView({ center: [1.2, -2.4, 1.2], radius: 2.5 }),
     content: () => {
       const { ray, numbers } = shared;
       const tip = plusTimes(numbers.C, 1.9 / lengthOf(ray.r), ray.r);
@@ -157,8 +154,8 @@ export function buildSign(fig) {
   fig.readout(() => {
     const { forward, along, line } = shared.ray;
     return [
-      [["R", `v = r3 = ${tuple(forward, 3)}`], "    ", ["X′", `X′ − C = ${tuple(line, 3)}`]],
-      [`v · (X′ − C) = ${fixed(along, 3)} ${along > 0 ? "> 0: " : "< 0: "}`, ["r", along > 0 ? "r = X′ − C" : "r = C − X′"], along > 0 ? "  X′ is in front of the camera" : "  X′ is behind the camera"],
+      [["v", `v = r₃ = ${tuple(forward, 3)}`], "    ", ["X′", `X′ − C = ${tuple(line, 3)}`]],
+      [["v", "v"], " · ", ["X′", "(X′ − C)"], ` = ${fixed(along, 3)} ${along > 0 ? "> 0: " : "< 0: "}`, ["r", along > 0 ? "r = X′ − C" : "r = C − X′"], along > 0 ? "  X′ is in front of the camera" : "  X′ is behind the camera"],
     ];
   });
 }
@@ -176,14 +173,14 @@ export function buildNormal(fig) {
       const first = shared.corners.length / 9 - 2;
       return {
         corners: shared.corners.slice(9 * first, 9 * first + 9), colors: shared.colors.slice(first), faded: 0.85,
-        patches: [{ corners: planePatch(middle, n), color: "plane" }],
+        patches: [{ corners: planePatch(middle, n), color: "plane", symbol: "n" }],
         strokes: [
-          { from: a, to: b, color: "edge", text: "v₁ = b − a", arrow: true, width: 3 }, { from: a, to: c, color: "edge", text: "v₂ = c − a", arrow: true, width: 3 },
+          { from: a, to: b, color: "edge", symbol: "b", text: "v₁ = b − a", arrow: true, width: 3 }, { from: a, to: c, color: "edge", symbol: "c", text: "v₂ = c − a", arrow: true, width: 3 },
           { from: a, to: plusTimes(a, 1, n), color: "n", symbol: "n", text: "n", arrow: true, width: 4 },
         ],
       };
     },
-    handles: () => corners().map((_, k) => ({ get: () => corners()[k], set: (/** @type {number[]} */ point) => { corners()[k] = [point[0], point[1], Math.max(0, point[2])]; }, color: "edge", symbol: "abc"[k], text: "abc"[k] })),
+    handles: () => [0, 1, 2].map((k) => vertexHandle(fig, k)),
   });
   fig.readout(() => {
     const [a, b, c] = corners();
@@ -208,8 +205,8 @@ export function planePatch(middle, n, half = 1.1) {
 /** t along the ray, and the distance from the plane. @param {Figure} fig */
 export function buildPlane(fig) {
   const { shared } = fig;
-  const LAST = 60;
-  let step = 24;
+  const LAST = 600;
+  let step = 240;
   const full = () => (shared.found && Number.isFinite(shared.found.t) ? 1.5 * Math.abs(shared.found.t) : 10 / lengthOf(shared.ray.r));
   const now = () => (step / LAST) * full();
   const heightAt = (/** @type {number} */ t) => (shared.found ? dot(shared.found.n, minus(plusTimes(shared.ray.C, t, shared.ray.r), shared.found.corners[0])) : 0);
@@ -221,7 +218,7 @@ export function buildPlane(fig) {
       const middle = found ? found.corners[0].map((_, i) => (found.corners[0][i] + found.corners[1][i] + found.corners[2][i]) / 3) : [0, 0, 0];
       return {
         ...worldContent(fig), faded: 0.45, chosen: found?.index,
-        patches: found ? [{ corners: planePatch(middle, found.n, 1.3), color: "plane", line: "n" }] : [],
+        patches: found ? [{ corners: planePatch(middle, found.n, 1.3), color: "plane", line: "n", symbol: "n" }] : [],
         strokes: [
           { from: numbers.C, to: plusTimes(ray.C, full(), ray.r), color: "r", width: 1.2, symbol: "r" }, { from: numbers.C, to: f, color: "r", width: 3.5, symbol: "r", arrow: true },
         ],
@@ -249,8 +246,8 @@ export function buildPlane(fig) {
     },
   });
   fig.host.classList.add("double");
-  fig.slider({ name: "t", symbol: "t", min: 0, max: LAST, step: 1, digits: 0, unit: " / 60", get: () => step, set: (value) => { step = value; } });
-  fig.stepper({ last: () => LAST, get: () => step, set: (i) => { step = i; }, ms: 60 });
+  fig.slider({ name: "t", symbol: "t", min: 0, max: LAST, step: 1, digits: 0, unit: " ‰", get: () => step, set: (value) => { step = value; }, text: () => fixed(now(), 3) });
+  fig.stepper({ last: () => LAST, get: () => step, set: (i) => { step = i; }, ms: 6, stride: 50 });
   fig.readout(() => {
     const { found } = shared;
     if (!found) return [["No triangle is near this pixel's ray. Select another pixel."]];

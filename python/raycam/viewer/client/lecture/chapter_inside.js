@@ -2,81 +2,69 @@
 
 import { lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
-import { fixed, tuple } from "./numbers.js";
-import { drawArrow, drawDot, drawLine } from "./shapes.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { drawCrossings } from "../figure/crossings.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { buildTree, traverse } from "./tree.js";
+import { planePatch } from "./chapter_camera.js";
 import { addOutside, addPicture, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
 /** Crossings of u with the edges, for a point f that the reader drags in the triangle's plane. @param {Figure} fig */
 export function buildCrossings(fig) {
-  const flat = [[0, 0, 0], [2, 0.3, 0], [0.7, 1.7, 0]];
-  let f = [0.8, 0.75, 0];
+  const flat = [[0, 0, 0], [2, 0.25, 0], [0.75, 1.75, 0]];
+  const f = [0.8125, 0.75, 0];
   let step = 3;
   let scale = 1;
+  /** A multiple of 1/64: products of such numbers are exact, so u can pass exactly through a vertex. */
+  const snap = (/** @type {number} */ value, /** @type {number} */ low, /** @type {number} */ high) => Math.round(64 * Math.max(low, Math.min(high, value))) / 64;
+  const move = (/** @type {number[]} */ point, /** @type {number[]} */ [x, y]) => {
+    point[0] = snap(x, -1.25, 3);
+    point[1] = snap(y, -1.75, 2);
+  };
+  let selected = 0;
+  const points = () => [f, ...flat];
   const found = () => triangleSteps(flat.flat(), 0, { C: [f[0], f[1], 1], r: [0, 0, -1], forward: [0, 0, -1] });
   let left = 0;
   const place = (/** @type {number[]} */ [x, y]) => [left + scale * (x + 1.1), 20 + scale * (2 - y)];
   /** @type {number[] | null} */
   let held = null;
   fig.canvas({
-    ratio: 0.72, label: "A triangle, the point f(t), the distant point g and the edges that u crosses. Drag f(t) or a vertex; the arrow keys move f(t)",
+    ratio: 0.72, label: "A triangle, the point f(t), the distant point g and the edges that u crosses. Drag f(t) or a vertex; the arrow keys move f(t), and Enter selects a vertex that they move.",
     draw: (pen) => {
       scale = Math.min((pen.width - 40) / 3.6, (pen.height - 44) / 3.8);
       left = (pen.width - 3.4 * scale) / 2;
-      const { corners, edges, g, alongEdge, crossed, inside } = found();
-      drawLine(pen, corners.map(place), { color: "edge", width: 1, fill: inside ? "inside" : "soft", close: true });
-      corners.forEach((corner, i) => {
-        const lit = i < step;
-        drawArrow(pen, place(corner), place(plusTimes(corner, 1, edges[i])), lit ? "edge" : "soft-ink", lit ? 3 : 1.5);
-        const middle = place(plusTimes(corner, 0.5, edges[i]));
-        pen.label({ at: middle, text: `v${"₁₂₃"[i]}`, color: pen.color("edge") });
-        pen.label({ at: place(corner), text: "abc"[i], symbol: "abc"[i] });
-      });
-      drawLine(pen, [place(corners[0]), place(g)], { color: "edge", width: 1, dash: [4, 4] });
-      drawArrow(pen, place(f), place(g), "u", pen.lit("u") ? 5 : 3);
-      pen.label({ at: place([0.5 * (f[0] + g[0]), 0.5 * (f[1] + g[1])]), text: "u", symbol: "u" });
-      corners.forEach((corner, i) => {
-        if (i >= step || Number.isNaN(alongEdge[i])) return;
-        const at = plusTimes(corner, alongEdge[i], edges[i]);
-        if (crossed[i]) drawDot(pen, place(at), "r", 8);
-        else if (Math.abs(at[0]) < 3 && Math.abs(at[1]) < 3) drawDot(pen, place(at), "soft-ink", 4);
-      });
-      for (const corner of corners) drawDot(pen, place(corner), "edge", 5);
-      drawDot(pen, place(g), "u", 6);
-      pen.label({ at: place(g), text: "g = a + v₃", symbol: "g" });
-      drawDot(pen, place(f), "t", 8);
-      pen.label({ at: place(f), text: `f(t): ${inside ? "inside" : "outside"}`, symbol: "f(t)" });
+      drawCrossings(pen, found(), place, step);
     },
     grab: (at) => {
-      held = [f, ...flat].find((point) => Math.hypot(place(point)[0] - at[0], place(point)[1] - at[1]) < 18) || null;
+      held = points().find((point) => Math.hypot(place(point)[0] - at[0], place(point)[1] - at[1]) < 18) || null;
       return held !== null;
     },
-    drag: (at) => {
-      if (!held) return;
-      held[0] = Math.max(-1.3, Math.min(2.6, (at[0] - left) / scale - 1.1));
-      held[1] = Math.max(-1.7, Math.min(2, 2 - (at[1] - 20) / scale));
+    drag: (at) => held && move(held, [(at[0] - left) / scale - 1.1, 2 - (at[1] - 20) / scale]),
+    next: () => {
+      selected = (selected + 1) % 4;
+      return `Arrow keys move ${["f(t)", "a", "b", "c"][selected]}.`;
     },
-    nudge: ([x, y]) => {
-      f = [f[0] + 0.02 * x, f[1] - 0.02 * y, 0];
-    },
+    nudge: ([x, y]) => move(points()[selected], [points()[selected][0] + x / 64, points()[selected][1] - y / 64]),
   });
   fig.stepper({ last: () => 3, get: () => step, set: (i) => { step = i; } });
   fig.button("Send u through vertex b", () => {
     const { g } = found();
-    f = plusTimes(flat[1], 0.35, minus(flat[1], g));
+    move(f, plusTimes(flat[1], 0.25, minus(flat[1], g)));
     step = 3;
   });
-  fig.button("Put f(t) inside", () => { f = [0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0)).concat(0); });
+  fig.button("Put f(t) inside", () => move(f, [0, 1].map((i) => flat.reduce((sum, corner) => sum + corner[i] / 3, 0))));
   fig.readout(() => {
     const { alongU, alongEdge, crossed, crossings, u, inside } = found();
     const lines = [0, 1, 2].slice(0, step).map((i) => {
       const numbers = Number.isNaN(alongEdge[i]) ? "parallel to u" : `s = ${fixed(alongU[i], 3)} along u, q = ${fixed(alongEdge[i], 3)} along the edge`;
       return [`v${"₁₂₃"[i]}: ${numbers}: ${crossed[i] ? "crossed" : "not crossed"}`];
     });
+    const on = [0, 1, 2].filter((i) => minus(flat[i], f)[0] * u[1] === minus(flat[i], f)[1] * u[0]).map((i) => "abc"[i]);
+    if (on.length) lines.push([`u passes exactly through ${on.join(" and ")}, which counts as right of u`]);
     const sum = crossed.slice(0, step).filter(Boolean).length;
-    return [[["u", `u = g − f(t) = ${tuple(u.slice(0, 2))}`]], ...lines, [step < 3 ? `${sum} crossings so far` : `${crossings} ${crossings === 1 ? "crossing" : "crossings"}: ${crossings % 2 ? "odd" : "even"}, f(t) is ${inside ? "inside" : "outside"}`]];
+    return [[["u", `u = g − f(t) = ${tuple(u.slice(0, 2))}`]], ...lines, [step < 3 ? `${sum} ${sum === 1 ? "crossing" : "crossings"} so far` : `${crossings} ${crossings === 1 ? "crossing" : "crossings"}: ${crossings % 2 ? "odd" : "even"}, f(t) is ${inside ? "inside" : "outside"}`]];
   });
 }
 
@@ -95,6 +83,7 @@ export function buildClosest(fig) {
       const spots = tried.filter(({ t }) => t > 0 && t * lengthOf(shared.ray.r) < 12).map(({ f, inside, index }) => ({ at: f, color: inside ? (index === best?.index ? "r" : "t") : "soft-ink", radius: inside ? 7 : 4 }));
       return {
         ...worldContent(fig), faded: 0.5, chosen: current?.index,
+        patches: current && step < last() ? [{ corners: planePatch(current.corners[0].map((_, k) => (current.corners[0][k] + current.corners[1][k] + current.corners[2][k]) / 3), current.n, 1.2), color: "plane", line: "n", symbol: "n" }] : [],
         strokes: [{ from: shared.ray.C, to: plusTimes(shared.ray.C, best ? best.t : 9 / lengthOf(shared.ray.r), shared.ray.r), color: "r", width: 2.5, symbol: "r" }],
         spots: [...spots, { at: shared.ray.C, color: "C", symbol: "C", text: "C" }],
       };
@@ -107,7 +96,7 @@ export function buildClosest(fig) {
     const tried = all().slice(0, step);
     const best = closestOf(tried);
     const lines = tried.filter(({ t }) => t > 0).sort((a, b) => a.t - b.t).filter(({ inside }, i) => inside || i < 2)
-      .map(({ index, t, inside, crossings }) => [["t", `t = ${fixed(t, 4)}`], `   ${shared.names[index]}: ${crossings} crossings, ${inside ? (index === best?.index ? "the closest hit" : "a hit, but farther") : "outside"}`]);
+      .map(({ index, t, inside, crossings }) => [["t", `t = ${fixed(t, 4)}`], `   ${shared.names[index]}: ${crossings} ${crossings === 1 ? "crossing" : "crossings"}, ${inside ? (index === best?.index ? "the closest hit" : "a hit, but farther") : "outside"}`]);
     return /** @type {(string | [string, string])[][]} */ ([[`${tried.length} of ${last()} triangles tried; the pixel shows ${best ? shared.names[best.index] : "the background"}`], ...lines.slice(0, 5)]);
   });
 }

@@ -2,15 +2,15 @@
 
 import { dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
-import { fixed, tuple } from "./numbers.js";
-import { drawArrow, drawLine } from "./shapes.js";
-import { addOutside, addPicture, worldContent } from "./views.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { drawArrow, drawLine } from "../figure/shapes.js";
+import { addOutside, addPicture, bulbHandle, sharedPicture, sunStrokes, worldContent } from "./views.js";
 import { BULB, SUN, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
 /**
- * A picture with light, rendered by the core while the figure is visible.
+ * A picture with light, rendered by the core while the figure is visible; before the first one, the flat picture.
  * @param {Figure} fig
  * @param {() => { text: string, size: number[], integrator: string, samples: number, seed?: number }} wanted
  * @param {string} [key]
@@ -26,7 +26,7 @@ export function litPicture(fig, wanted, key = fig.id) {
         fig.shared.redraw();
       },
     });
-    return newest;
+    return { ...newest, canvas: newest.canvas || sharedPicture(fig) };
   };
 }
 
@@ -60,7 +60,7 @@ export function buildLights(fig) {
   const { shared } = fig;
   const { numbers } = shared;
   let which = 0;
-  const picture = litPicture(fig, () => ({ text: worldText(numbers, { lights: [which ? "bulb" : "sun"], size: [240, 180] }), size: [240, 180], integrator: "direct", samples: 4 }));
+  const picture = litPicture(fig, () => ({ text: worldText(numbers, { lights: [which ? "bulb" : "sun", "sky"], size: [240, 180] }), size: [240, 180], integrator: "direct", samples: 4 }));
   addOutside(fig, {
     label: "The light, the hit and its normal", picksPixel: true,
     content: () => {
@@ -68,13 +68,12 @@ export function buildLights(fig) {
       const f = winner?.f || [0, 0, 0];
       const n = winner ? facingNormal(winner, shared.ray.r) : [0, 0, 1];
       const light = which ? numbers.bulb : plusTimes(f, 2, toSun(numbers));
-      const sunRays = which ? [] : [-1, 0, 1].map((i) => ({ from: plusTimes([0.4 + i, -0.4 + 0.7 * i, 0], 3.4, toSun(numbers)), to: plusTimes([0.4 + i, -0.4 + 0.7 * i, 0], 2.4, toSun(numbers)), color: "L", arrow: true }));
       return {
         ...worldContent(fig), faded: 0.8, chosen: winner?.index,
-        strokes: [...sunRays, { from: f, to: plusTimes(f, 0.8, n), color: "n", symbol: "n", text: "n", arrow: true }, { from: f, to: light, color: "L", symbol: "L", text: which ? "" : "to the sun", arrow: !which }],
+        strokes: [...(which ? [] : sunStrokes(fig)), { from: f, to: plusTimes(f, 0.8, n), color: "n", symbol: "n", text: "n", arrow: true }, { from: f, to: light, color: "L", symbol: "L", text: which ? "" : "to the sun", arrow: !which }],
       };
     },
-    handles: () => (which ? [{ get: () => numbers.bulb, color: "L", symbol: "L", text: "bulb", set: (/** @type {number[]} */ point) => { numbers.bulb = [point[0], point[1], Math.max(0.2, point[2])]; } }] : []),
+    handles: () => (which ? [bulbHandle(fig)] : []),
   });
   addPicture(fig, { label: "The lit picture", image: () => picture().canvas });
   fig.host.classList.add("double");
@@ -147,7 +146,7 @@ export function buildShadow(fig) {
       const strokes = winner ? [{ from: numbers.C, to: f, color: "r", symbol: "r", width: 2.5 }, { from: f, to: numbers.bulb, color: blocker() < 0 ? "L" : "soft-ink", symbol: "L", width: 3 }] : [];
       return { ...worldContent(fig), faded: 0.75, chosen: blocker(), strokes, spots: winner ? [{ at: f, color: "t", symbol: "f(t)", text: "f(t)" }] : [] };
     },
-    handles: () => [{ get: () => numbers.bulb, color: "L", symbol: "L", text: "bulb", set: (point) => { numbers.bulb = [point[0], point[1], Math.max(0.2, point[2])]; } }],
+    handles: () => [bulbHandle(fig)],
   });
   addPicture(fig, { label: "The picture with shadows", image: () => picture().canvas });
   fig.host.classList.add("double");

@@ -1,8 +1,10 @@
 // Chapters 16 to 18: materials, lenses, videos.
 
+import { dot, plusTimes, rowOf } from "../core/vectors.js";
 import { litPicture } from "./chapter_light.js";
-import { fixed } from "./numbers.js";
-import { drawLine } from "./shapes.js";
+import { fixed } from "../figure/numbers.js";
+import { drawLine } from "../figure/shapes.js";
+import { addPicture, drawPixel } from "./views.js";
 import { SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
@@ -66,6 +68,52 @@ export function buildFocus(fig) {
 /** The radius in pixels of the image of a point out of focus. @param {number} f @param {number} aperture @param {number} depth @param {number} focus */
 export const discRadius = (f, aperture, depth, focus) => f * aperture * Math.abs(1 / depth - 1 / focus);
 
+/** How far a sideways camera has moved when a row is read. @param {number} speed @param {number} readout in seconds @param {number} row */
+export const movedAtRow = (speed, readout, row) => (speed * readout * row) / (SIZE[1] - 1);
+
+/** A rolling shutter: each row is read from another place. @param {Figure} fig */
+export function buildShutter(fig) {
+  const { shared } = fig;
+  let [speed, readout] = [8, 50];
+  const picture = litPicture(fig, () => {
+    const { numbers, camera } = shared;
+    const end = plusTimes(numbers.C, (speed * readout) / 1000, rowOf(camera.R, 0));
+    const { roll, pitch, yaw } = numbers;
+    const shutter = `shutter = { readout = ${readout / 1000}, end = { location = [${end.join(", ")}], roll = ${roll}, pitch = ${pitch}, yaw = ${yaw} } }`;
+    return { text: worldText(numbers, { camera: readout && speed ? shutter : "" }), size: SIZE, integrator: "flat", samples: 1 };
+  });
+  const moved = () => movedAtRow(speed, readout / 1000, shared.numbers.pixel[1]);
+  const shift = () => (shared.steps.winner ? -shiftOfMove(shared.numbers.fx, moved(), shared.steps.winner.t * dot(shared.ray.r, shared.ray.forward)) : 0);
+  addPicture(fig, { label: "All rows read at once" });
+  fig.canvas({
+    ratio: SIZE[1] / SIZE[0], label: "The rows read one after another while the camera moves to the right",
+    draw: (pen) => {
+      const { canvas } = picture();
+      const scale = pen.width / SIZE[0];
+      const [u, v] = shared.numbers.pixel;
+      pen.ctx.imageSmoothingEnabled = false;
+      if (canvas) pen.ctx.drawImage(canvas, 0, 0, pen.width, pen.height);
+      drawLine(pen, [[0, (v + 0.5) * scale], [pen.width, (v + 0.5) * scale]], { color: "t", width: 1.5, dash: [6, 5] });
+      pen.label({ at: [pen.width - 60, (v + 0.5) * scale], text: `row ${v}`, symbol: "t" });
+      if (shared.steps.winner) drawPixel(pen, [(u + shift() + 0.5) * scale, (v + 0.5) * scale]);
+    },
+  });
+  fig.host.classList.add("double", "even");
+  fig.slider({ name: "speed", symbol: "C", min: -10, max: 10, step: 0.5, digits: 1, unit: " per s", get: () => speed, set: (value) => { speed = value; } });
+  fig.slider({ name: "readout", symbol: "t", min: 0, max: 60, step: 1, digits: 0, unit: " ms", get: () => readout, set: (value) => { readout = value; } });
+  fig.readout(() => {
+    const [, row] = shared.numbers.pixel;
+    const { winner } = shared.steps;
+    const when = [["t", `row ${row} is read after ${row} / ${SIZE[1] - 1} · ${readout} ms = ${fixed((readout * row) / (SIZE[1] - 1), 1)} ms`]];
+    if (!winner) return /** @type {[string, string][][]} */ ([when]);
+    const depth = winner.t * dot(shared.ray.r, shared.ray.forward);
+    return /** @type {(string | [string, string])[][]} */ ([when, [["C", `moved: ${fixed(moved(), 3)}`], `,  so the point at depth ${fixed(depth, 3)} appears at column ${shared.numbers.pixel[0]} − ${fixed(shared.numbers.fx, 0)} · ${fixed(moved(), 3)} / ${fixed(depth, 3)} = ${fixed(shared.numbers.pixel[0] + shift(), 1)}`]]);
+  });
+}
+
+/** The shift in pixels of a point at a depth if the camera moves sideways. @param {number} f @param {number} move @param {number} depth */
+export const shiftOfMove = (f, move, depth) => (f * move) / depth;
+
 /** A camera on a circle. @param {Figure} fig */
 export function buildVideo(fig) {
   const LAST = 71;
@@ -75,7 +123,7 @@ export function buildVideo(fig) {
     const angle = (yaw * Math.PI) / 180;
     return { ...fig.shared.numbers, roll: 0, pitch: 20, yaw, C: [0.3 - 5 * Math.cos(angle), -0.2 - 5 * Math.sin(angle), 2.3] };
   };
-  const picture = litPicture(fig, () => ({ text: worldText(camera()), size: SIZE, integrator: "direct", samples: 1 }));
+  const picture = litPicture(fig, () => ({ text: worldText(camera(), { lights: ["sun", "sky"] }), size: SIZE, integrator: "direct", samples: 1 }));
   showPicture(fig, "One frame of a video", picture);
   fig.slider({ name: "frame", min: 0, max: LAST, step: 1, digits: 0, get: () => frame, set: (value) => { frame = value; } });
   fig.stepper({ last: () => LAST, get: () => frame, set: (i) => { frame = i; }, ms: 42 });

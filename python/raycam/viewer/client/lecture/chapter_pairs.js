@@ -6,8 +6,8 @@ import { cameraOf } from "./camera.js";
 import { litPicture } from "./chapter_light.js";
 import { randomOf } from "./chapter_paths.js";
 import { addMatrices } from "./matrices.js";
-import { fixed } from "./numbers.js";
-import { drawDot, drawLine } from "./shapes.js";
+import { fixed } from "../figure/numbers.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { addPicture } from "./views.js";
 import { SIZE, worldText } from "./world.js";
 

@@ -4,8 +4,8 @@ import { cross, lengthOf, plusTimes } from "../core/vectors.js";
 import { stepsOf } from "../core/steps.js";
 import { linearOfSrgb } from "../image/tone.js";
 import { facingNormal, litPicture } from "./chapter_light.js";
-import { fixed } from "./numbers.js";
-import { drawDot, drawLine } from "./shapes.js";
+import { fixed } from "../figure/numbers.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { addOutside, worldContent } from "./views.js";
 import { SIZE, worldText } from "./world.js";
 

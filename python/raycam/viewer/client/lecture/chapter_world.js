@@ -1,8 +1,8 @@
 // Chapters 1 and 2: the world and its origin, a box from triangles, refined faces, colours.
 
-import { addOutside, addPicture, axisStrokes, cornerHandles, worldContent } from "./views.js";
-import { fixed, tuple } from "./numbers.js";
-import { OutsideView } from "./outside.js";
+import { addOutside, addPicture, axisStrokes, bulbHandle, centerHandle, cornerHandles, sunStrokes, vertexHandle, worldContent } from "./views.js";
+import { fixed, tuple } from "../figure/numbers.js";
+import { OutsideView } from "../figure/outside.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
@@ -12,19 +12,20 @@ const CUBE = { first: 2, count: 12 };
 export function buildHero(fig) {
   const { shared } = fig;
   addOutside(fig, {
-    label: "The world, the camera, and the picture on its image plane", ratio: 0.6, picksPixel: true,
+    label: "The world, its lights, the camera, and the picture on its image plane", ratio: 0.66, picksPixel: true,
     content: () => {
       const { ray, steps, numbers } = shared;
       const t = steps.winner?.t ?? 3 / Math.hypot(...ray.r);
       const end = ray.C.map((value, i) => value + t * ray.r[i]);
       return {
         ...worldContent(fig), chosen: steps.winner?.index,
-        strokes: [{ from: numbers.C, to: end, color: "r", symbol: "r", width: 2.5 }],
-        spots: [{ at: numbers.C, color: "C", symbol: "C", text: "C" }, ...(steps.winner ? [{ at: end, color: "r", symbol: "f(t)", text: "hit" }] : [])],
+        strokes: [...sunStrokes(fig), { from: numbers.C, to: end, color: "r", symbol: "r", width: 2.5 }],
+        spots: steps.winner ? [{ at: end, color: "r", symbol: "f(t)", text: "hit" }] : [],
       };
     },
+    handles: () => [...cornerHandles(fig), centerHandle(fig), bulbHandle(fig)],
   });
-  addPicture(fig, { handles: () => cornerHandles(fig) });
+  addPicture(fig, { handles: () => [...cornerHandles(fig), bulbHandle(fig)] });
   fig.host.classList.add("double");
 }
 
@@ -33,22 +34,22 @@ export function buildOrigin(fig) {
   const { shared } = fig;
   const corner = () => shared.numbers.triangles[0].corners[2];
   addOutside(fig, {
-    label: "A vertex and its coordinates along the three axes", view: new OutsideView({ azimuth: -35, center: [0.6, -0.5, 0.5], radius: 2.1 }),
+    label: "A vertex and its coordinates along the three axes", view: new OutsideView({ azimuth: -35, center: [0.55, -0.45, 0.45], radius: 1.55 }),
     content: () => {
       const [x, y, z] = corner();
       return {
         ...worldContent(fig, false), faded: 0.75,
         strokes: [
           ...axisStrokes(),
-          { from: [0, 0, 0], to: [x, 0, 0], color: "C", width: 3.5 }, { from: [x, 0, 0], to: [x, y, 0], color: "R", width: 3.5 }, { from: [x, y, 0], to: [x, y, z], color: "P", width: 3.5 },
+          { from: [0, 0, 0], to: [x, 0, 0], color: "x", symbol: "walk x", text: "x", width: 3.5 }, { from: [x, 0, 0], to: [x, y, 0], color: "R", symbol: "walk y", text: "y", width: 3.5 }, { from: [x, y, 0], to: [x, y, z], color: "P", symbol: "walk z", text: "z", width: 3.5 },
         ],
         spots: [{ at: [0, 0, 0], color: "ink", text: "origin" }],
       };
     },
-    handles: () => [{ get: corner, set: (point) => { shared.numbers.triangles[0].corners[2] = [point[0], point[1], Math.max(0, point[2])]; }, color: "edge", text: tuple(corner()) }],
+    handles: () => [vertexHandle(fig, 2, { text: tuple(corner()) })],
   });
   ["x", "y", "z"].forEach((name, i) =>
-    fig.slider({ name, min: i === 2 ? 0 : -2, max: 2.5, step: 0.05, get: () => corner()[i], set: (value) => { corner()[i] = value; } }),
+    fig.slider({ name, symbol: `walk ${name}`, min: i === 2 ? 0 : -2, max: 2.5, step: 0.05, get: () => corner()[i], set: (value) => { corner()[i] = value; } }),
   );
 }
 
@@ -57,7 +58,7 @@ export function buildBox(fig) {
   let count = 12;
   const { shared } = fig;
   addOutside(fig, {
-    label: "A box made of triangles", view: new OutsideView({ center: [-0.8, 0.3, 0.45], radius: 1.25 }),
+    label: "A box made of triangles", view: new OutsideView({ azimuth: -32, center: [-0.8, 0.3, 0.48], radius: 0.98 }),
     content: () => ({ corners: shared.corners.slice(9 * CUBE.first, 9 * (CUBE.first + count)), colors: shared.colors.slice(CUBE.first), chosen: count - 1 }),
   });
   fig.stepper({ last: () => CUBE.count, get: () => count, set: (i) => { count = i; }, ms: 450 });
@@ -65,7 +66,7 @@ export function buildBox(fig) {
     if (!count) return [["No triangle yet."]];
     const at = 9 * (CUBE.first + count - 1);
     const corners = [0, 3, 6].map((k) => tuple(shared.corners.slice(at + k, at + k + 3)));
-    return [[`Triangle ${count} of 12:  `, ["a", `a = ${corners[0]}`], "   ", ["b", `b = ${corners[1]}`], "   ", ["c", `c = ${corners[2]}`]]];
+    return [[`Triangle ${count} of 12`], [["a", `a = ${corners[0]}`], "    ", ["b", `b = ${corners[1]}`], "    ", ["c", `c = ${corners[2]}`]]];
   });
 }
 
@@ -79,7 +80,7 @@ export function buildRefine(fig) {
   const vertices = [[-q, -q, 0], [q, -q, 0], [q, q, 0], [-q, q, 0], [-0.8, -q, 2], [0.8, -q, 2], [0.8, q, 2], [-0.8, q, 2], [0, -2, p + 0.5]];
   const triangles = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7], [0, 1, 8], [1, 5, 8], [5, 4, 8], [4, 0, 8]];
   addOutside(fig, {
-    label: "A coarse mesh and its refinement", view: new OutsideView({ azimuth: -55, elevation: 18, center: [0, -0.2, 0.9], radius: 1.7 }),
+    label: "A coarse mesh and its refinement", view: new OutsideView({ azimuth: -25, elevation: 14, center: [0, -0.3, 1], radius: 1.45 }),
     content: () => {
       const text = `[[object]]\nname = "head"\nvertices = ${JSON.stringify(vertices)}\ntriangles = ${JSON.stringify(triangles)}\nrefine = ${level}\n`;
       fig.pictures.request(fig.id, { text, width: 1, height: 1, integrator: "flat", samples: 0 }, {

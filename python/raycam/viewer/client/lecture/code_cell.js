@@ -5,7 +5,7 @@ import { rayOfPixel } from "../core/steps.js";
 import { cameraOf } from "./camera.js";
 import { CODE_EXERCISES, isSame } from "./code_exercises.js";
 import { runCode } from "./code_runner.js";
-import { colorsOf, cornersOf, firstNumbers, SIZE, worldText } from "./world.js";
+import { BACKGROUND, colorsOf, cornersOf, firstNumbers, SIZE, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Shared} Shared */
 /** @typedef {import("./pictures.js").Pictures} Pictures */
@@ -28,7 +28,7 @@ export function buildCodeCell(host, shared, pictures) {
   const again = element("button", "Start again", { type: "button" });
   const buttons = element("div", "", { class: "choice" });
   buttons.append(run, again);
-  host.append(element("h4", "Write it yourself"), element("p", task), editor, buttons, verdict);
+  host.append(element("h3", "Write it yourself"), element("p", task), editor, buttons, verdict);
   host.classList.toggle("solved", Boolean(shared.progress[id]));
   editor.addEventListener("input", () => shared.remember(`code-${id}`, editor.value));
   again.addEventListener("click", () => {
@@ -69,7 +69,7 @@ async function comparePictures(code, pictures, host, say) {
   const found = await runCode(code, { picture: { width, height, Xs: rays.map(({ XPrime }) => XPrime), C: numbers.C, v: rays[0].forward, triangles } });
   const colors = colorsOf(numbers);
   const image = new ImageData(width, height);
-  found.forEach((/** @type {number} */ index, /** @type {number} */ i) => image.data.set([...(colors[index] || [0, 0, 0]), 255], 4 * i));
+  found.forEach((/** @type {number} */ index, /** @type {number} */ i) => image.data.set([...(colors[index] || BACKGROUND), 255], 4 * i));
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = SIZE;
   canvas.className = "result";

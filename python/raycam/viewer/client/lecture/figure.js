@@ -1,26 +1,15 @@
 // A figure of the page: canvases that are drawn when something changed and they are visible, and controls below them.
 
 import { element } from "../dom.js";
-import { placeLabels } from "./labels.js";
-import { fixed } from "./numbers.js";
+import { Board } from "../figure/board.js";
+import { fixed } from "../figure/numbers.js";
 
 /** @typedef {import("./state.js").Shared} Shared */
 /** @typedef {import("./pictures.js").Pictures} Pictures */
-/** @typedef {{ at: number[], text: string, symbol?: string, color?: string }} Label */
-/** @typedef {{ ctx: CanvasRenderingContext2D, width: number, height: number, color: (name: string) => string, lit: (symbol: string) => boolean, label: (label: Label) => void }} Pen */
-/**
- * @typedef {object} Drawing
- * @property {number} ratio height of the canvas by its width
- * @property {string} label what the canvas shows, for screen readers
- * @property {(pen: Pen) => void} draw
- * @property {(at: number[]) => boolean} [grab] begins to drag at a point; false if nothing is there
- * @property {(at: number[], from: number[]) => void} [drag]
- * @property {(step: number[]) => void} [nudge] arrow keys
- */
+/** @typedef {import("../figure/board.js").Pen} Pen */
 
 /** Returns true if the reader prefers no motion. */
 export const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-const NUDGES = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] });
 const STEP_MS = 900;
 
 export class Figure {
@@ -35,12 +24,17 @@ export class Figure {
     this.updates = [];
     this.stage = element("div", "", { class: "stage" });
     this.tools = element("div", "", { class: "tools" });
+    /** Where controls are added: the tools, or the newest group in them. */
+    this.place = this.tools;
     host.prepend(this.stage, this.tools);
     shared.listeners.push(() => this.isVisible && this.update());
     new IntersectionObserver(([entry]) => {
       this.isVisible = entry.isIntersecting;
       if (this.isVisible) this.update();
-      else host.dataset.live = "false";
+      else {
+        host.dataset.live = "false";
+        pictures.cancel(this.id);
+      }
     }, { rootMargin: "200px" }).observe(host);
     new ResizeObserver(() => this.isVisible && this.update()).observe(this.stage);
   }
@@ -50,100 +44,33 @@ export class Figure {
     this.host.dataset.live = "true";
   }
 
-  /** Adds a canvas. @param {Drawing} drawing @returns {HTMLCanvasElement} */
+  /** Adds a canvas. @param {import("../figure/board.js").Drawing} drawing @returns {HTMLCanvasElement} */
   canvas(drawing) {
     const canvas = document.createElement("canvas");
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", drawing.label);
     this.stage.append(canvas);
-    canvas.style.aspectRatio = String(1 / drawing.ratio);
-    this.updates.push(() => this.paint(canvas, drawing));
-    if (drawing.drag || drawing.nudge) this.makeInteractive(canvas, drawing);
+    const board = new Board(canvas, drawing, this.shared);
+    this.updates.push(() => board.paint());
     return canvas;
   }
 
-  /** @param {HTMLCanvasElement} canvas @param {Drawing} drawing */
-  paint(canvas, drawing) {
-    const { clientWidth: width, clientHeight: height } = canvas;
-    if (!width || !height) return;
-    const density = Math.min(devicePixelRatio || 1, 2);
-    if (canvas.width !== Math.round(width * density) || canvas.height !== Math.round(height * density)) [canvas.width, canvas.height] = [Math.round(width * density), Math.round(height * density)];
-    const ctx = canvas.getContext("2d");
-    if (!ctx) return;
-    ctx.setTransform(density, 0, 0, density, 0, 0);
-    ctx.clearRect(0, 0, width, height);
-    [ctx.lineJoin, ctx.lineCap] = ["round", "round"];
-    const style = getComputedStyle(canvas);
-    /** @type {Label[]} */
-    const labels = [];
-    const color = (/** @type {string} */ name) => style.getPropertyValue(`--${name === "f(t)" ? "t" : name}`) || name;
-    const lit = (/** @type {string} */ symbol) => this.shared.highlight === symbol;
-    drawing.draw({ ctx, width, height, color, lit, label: (label) => labels.push(label) });
-    ctx.font = `600 14px ${style.fontFamily}`;
-    const sizes = labels.map(({ at, text }) => ({ at, width: ctx.measureText(text).width + 6, height: 18 }));
-    const boxes = placeLabels(sizes, width, height);
-    canvas.dataset.labels = JSON.stringify(boxes.filter(Boolean));
-    labels.forEach(({ text, color: own, symbol }, i) => {
-      const box = boxes[i];
-      if (!box) return;
-      [ctx.lineWidth, ctx.strokeStyle, ctx.fillStyle] = [4, color("ground"), own || color(symbol || "ink")];
-      ctx.strokeText(text, box.x + 3, box.y + 14);
-      ctx.fillText(text, box.x + 3, box.y + 14);
-      if (symbol && lit(symbol)) ctx.fillRect(box.x + 3, box.y + 17, box.width - 6, 2);
-    });
-  }
-
-  /** @param {HTMLCanvasElement} canvas @param {Drawing} drawing */
-  makeInteractive(canvas, drawing) {
-    canvas.tabIndex = 0;
-    canvas.setAttribute("role", "application");
-    canvas.setAttribute("aria-roledescription", "figure, arrow keys");
-    canvas.classList.add("draggable");
-    /** @type {number[] | null} */
-    let from = null;
-    const pointOf = (/** @type {PointerEvent} */ event) => {
-      const { left, top } = canvas.getBoundingClientRect();
-      return [event.clientX - left, event.clientY - top];
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      const at = pointOf(event);
-      if (drawing.grab && !drawing.grab(at)) return;
-      from = at;
-      canvas.setPointerCapture(event.pointerId);
-      canvas.classList.add("held");
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      if (!from) return;
-      const at = pointOf(event);
-      drawing.drag?.(at, from);
-      from = at;
-      this.shared.redraw();
-    });
-    for (const kind of /** @type {const} */ (["pointerup", "pointercancel"]))
-      canvas.addEventListener(kind, () => {
-        from = null;
-        canvas.classList.remove("held");
-      });
-    canvas.addEventListener("keydown", (event) => {
-      const step = NUDGES[event.key];
-      if (!step || !drawing.nudge) return;
-      event.preventDefault();
-      drawing.nudge(step.map((value) => value * (event.shiftKey ? 10 : 1)));
-      this.shared.redraw();
-    });
+  /** Begins a group of sliders below a title. @param {string} symbol @param {string} title */
+  group(symbol, title) {
+    this.place = element("div", "", { class: "group", role: "group", "aria-label": title });
+    this.place.append(element("p", title, { "data-symbol": symbol }));
+    this.tools.append(this.place);
   }
 
   /**
    * Adds a slider.
-   * @param {{ name: string, symbol?: string, min: number, max: number, step: number, digits?: number, unit?: string, get: () => number, set: (value: number) => void }} options
+   * @param {{ name: string, symbol?: string, min: number, max: number, step: number, digits?: number, unit?: string, get: () => number, set: (value: number) => void, text?: () => string }} options
    */
-  slider({ name, symbol, min, max, step, digits = 2, unit = "", get, set }) {
+  slider({ name, symbol, min, max, step, digits = 2, unit = "", get, set, text = () => `${fixed(get(), digits)}${unit}` }) {
     const label = element("label", "", { class: "slider" });
     const title = element("span", name, symbol ? { "data-symbol": symbol } : {});
     const input = /** @type {HTMLInputElement} */ (element("input", "", { type: "range", min: String(min), max: String(max), step: String(step) }));
     const shown = element("output", "");
     label.append(title, input, shown);
-    this.tools.append(label);
+    this.place.append(label);
     input.addEventListener("input", () => {
       set(input.valueAsNumber);
       this.shared.changed();
@@ -151,7 +78,8 @@ export class Figure {
     const show = () => {
       input.value = String(get());
       input.style.setProperty("--part", `${(100 * (get() - min)) / (max - min)}%`);
-      shown.textContent = `${fixed(get(), digits)}${unit}`;
+      shown.textContent = text();
+      input.setAttribute("aria-valuetext", text());
     };
     this.updates.push(show);
     return input;
@@ -185,19 +113,18 @@ export class Figure {
   }
 
   /**
-   * Adds back, play and step. `last` is the number of the last step.
-   * @param {{ last: () => number, get: () => number, set: (i: number) => void, ms?: number }} options
+   * Adds back, play and step. `last` is the number of the last step, `ms` the time of a step, and `stride` what the buttons go.
+   * @param {{ last: () => number, get: () => number, set: (i: number) => void, ms?: number, stride?: number }} options
    */
-  stepper({ last, get, set, ms = STEP_MS }) {
+  stepper({ last, get, set, ms = STEP_MS, stride = 1 }) {
     const group = element("div", "", { class: "choice", role: "group", "aria-label": "Steps" });
-    let timer = 0;
+    let isPlaying = false;
     const go = (/** @type {number} */ i) => {
       set(Math.max(0, Math.min(last(), i)));
       this.shared.redraw();
     };
     const stop = () => {
-      clearInterval(timer);
-      timer = 0;
+      isPlaying = false;
       play.textContent = "Play";
     };
     const add = (/** @type {string} */ text, /** @type {() => void} */ act) => {
@@ -206,15 +133,23 @@ export class Figure {
       group.append(button);
       return button;
     };
-    add("Back", () => (stop(), go(get() - 1)));
+    const advance = (/** @type {number} */ began, /** @type {number} */ from) => {
+      if (!isPlaying) return;
+      const i = from + Math.floor((performance.now() - began) / ms);
+      if (i !== get()) go(i);
+      if (i >= last() || !this.isVisible) stop();
+      else requestAnimationFrame(() => advance(began, from));
+    };
+    add("Back", () => (stop(), go(get() - stride)));
     const play = add("Play", () => {
-      if (timer) return stop();
+      if (isPlaying) return stop();
       if (isStill()) return go(last());
       if (get() >= last()) go(0);
+      isPlaying = true;
       play.textContent = "Pause";
-      timer = window.setInterval(() => (get() >= last() || !this.isVisible ? stop() : go(get() + 1)), ms);
+      advance(performance.now(), get());
     });
-    add("Step", () => (stop(), go(get() + 1)));
+    add("Step", () => (stop(), go(get() + stride)));
     this.tools.append(group);
   }
 
@@ -230,7 +165,7 @@ export class Figure {
       last = key;
       box.replaceChildren(...now.map((line) => {
         const p = element("p");
-        p.append(...line.map((part) => (typeof part === "string" ? part : element("span", part[1], { "data-symbol": part[0] }))));
+        p.append(...line.map((part) => (typeof part === "string" ? part : element("span", part[1], { "data-symbol": part[0], class: part[0] === this.shared.highlight ? "lit" : "" }))));
         return p;
       }));
     });

@@ -4,13 +4,13 @@
 import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";
 import { buildLights, buildReflection, buildShadow } from "./chapter_light.js";
-import { buildDistortion, buildFocus, buildMaterial, buildVideo } from "./chapter_optics.js";
+import { buildDistortion, buildFocus, buildMaterial, buildShutter, buildVideo } from "./chapter_optics.js";
 import { buildCalibration, buildEpipolar, buildExact, buildFloor } from "./chapter_pairs.js";
 import { buildAliasing, buildMean, buildNoise, buildPath } from "./chapter_paths.js";
 import { buildClosest, buildCrossings, buildTreeFigure } from "./chapter_inside.js";
 import { buildBox, buildColor, buildHero, buildOrigin, buildRefine } from "./chapter_world.js";
 import { buildCodeCell } from "./code_cell.js";
-import { Figure } from "./figure.js";
+import { Figure, isStill } from "./figure.js";
 import { Pictures } from "./pictures.js";
 import { buildQuiz } from "./quiz.js";
 import { Shared } from "./state.js";
@@ -21,7 +21,7 @@ const FIGURES = {
   hero: buildHero, origin: buildOrigin, box: buildBox, refine: buildRefine, color: buildColor, project: buildProject, matrix: buildMatrix, angles: buildAngles,
   "back-project": buildBackProject, sign: buildSign, normal: buildNormal, plane: buildPlane, crossings: buildCrossings, closest: buildClosest, tree: buildTreeFigure,
   lights: buildLights, reflection: buildReflection, shadow: buildShadow, aliasing: buildAliasing, noise: buildNoise, path: buildPath, mean: buildMean,
-  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
+  material: buildMaterial, distortion: buildDistortion, focus: buildFocus, shutter: buildShutter, video: buildVideo, epipolar: buildEpipolar, floor: buildFloor, calibration: buildCalibration, exact: buildExact,
 };
 const SYMBOLS = ["K", "R", "C", "P", "x", "X", "X′", "r", "t", "f(t)", "n", "a", "b", "c", "u", "g", "v", "L"];
 
@@ -44,16 +44,22 @@ function bindNavigation(shared) {
       const found = links.find(({ section }) => section === target);
       if (!found || !isIntersecting) continue;
       for (const { link } of links) link.toggleAttribute("aria-current", link === found.link);
+      const { parentElement: item } = found.link;
+      item?.parentElement?.scrollTo({ left: item.offsetLeft - item.parentElement.clientWidth / 2, behavior: isStill() ? "auto" : "smooth" });
     }
   }, { rootMargin: "-30% 0px -60% 0px" });
   for (const { section } of links) observer.observe(section);
+  let last = -1;
   const show = () => {
+    const solved = document.querySelectorAll(".solved").length;
+    if (solved === last) return;
+    last = solved;
     for (const { link, section } of links) {
       const tasks = [...section.querySelectorAll("[data-exercise], [data-code]")];
       link.classList.toggle("done", tasks.length > 0 && tasks.every((task) => task.classList.contains("solved")));
     }
     const all = document.querySelectorAll("[data-exercise], [data-code]").length;
-    byId("progress", HTMLElement).textContent = `${document.querySelectorAll(".solved").length} of ${all} exercises solved`;
+    byId("progress", HTMLElement).textContent = `${solved} of ${all} exercises solved`;
   };
   shared.listeners.push(show);
   show();
@@ -70,6 +76,8 @@ function openLecture() {
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-figure]"))) FIGURES[host.dataset.figure || ""](new Figure(host, shared, pictures));
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-exercise]"))) buildQuiz(host, shared);
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-code]"))) buildCodeCell(host, shared, pictures);
+  document.addEventListener("input", () => pictures.hold());
+  document.addEventListener("pointermove", ({ buttons }) => buttons && pictures.hold());
   bindSymbols(shared);
   bindNavigation(shared);
   byId("reset", HTMLButtonElement).addEventListener("click", () => shared.reset());

@@ -1,7 +1,7 @@
 // Matrices of a figure: tables whose numbers have the colour of their symbol.
 
 import { element } from "../dom.js";
-import { fixed } from "./numbers.js";
+import { fixed } from "../figure/numbers.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 

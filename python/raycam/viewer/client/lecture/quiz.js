@@ -10,7 +10,7 @@ export function buildQuiz(host, shared) {
   const exercise = EXERCISES.find(({ id }) => id === host.dataset.exercise);
   if (!exercise) throw new Error(`the lecture has no exercise ${host.dataset.exercise}`);
   const { id, title, asked, given } = exercise;
-  host.append(element("h4", "Exercise"), element("p", title));
+  host.append(element("h3", "Exercise"), element("p", title));
   const numbers = element("pre", "", { tabindex: "0", "aria-label": "Given numbers" });
   const form = element("form");
   const fields = asked.map((name) => /** @type {HTMLInputElement} */ (element("input", "", { type: "text", inputmode: "text", autocomplete: "off", "aria-label": name })));
@@ -22,7 +22,7 @@ export function buildQuiz(host, shared) {
   const verdict = element("p", "", { class: "verdict", role: "status" });
   form.append(element("button", "Check", { type: "submit" }));
   host.append(numbers, form, verdict);
-  /** @returns {import("./exercises.js").Facts | null} */
+  /** @returns {import("./answers.js").Facts | null} */
   const factsNow = () => {
     const { ray, found, camera, numbers: all } = shared;
     return found && ray.XPrime && Number.isFinite(found.t) ? { P: camera.P, R: camera.R, pixel: all.pixel, ray, found, numbers: all } : null;
@@ -30,8 +30,13 @@ export function buildQuiz(host, shared) {
   const show = () => {
     const facts = factsNow();
     numbers.textContent = facts ? given(facts).join("\n") : "Select a pixel that shows a triangle.";
-    host.classList.toggle("solved", Boolean(shared.progress[id]));
   };
+  const mark = () => host.classList.toggle("solved", Boolean(shared.progress[id]));
+  let isVisible = false;
+  new IntersectionObserver(([entry]) => {
+    isVisible = entry.isIntersecting;
+    if (isVisible) show();
+  }, { rootMargin: "200px" }).observe(host);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const facts = factsNow();
@@ -42,6 +47,7 @@ export function buildQuiz(host, shared) {
     if (right) shared.remember(id, true);
     shared.redraw();
   });
-  shared.listeners.push(show);
+  shared.listeners.push(() => (mark(), isVisible && show()));
+  mark();
   show();
 }

@@ -1,15 +1,15 @@
 // The two views that most figures show: the picture with the selected pixel, and the world from outside.
 
-import { dot, minus, plusTimes } from "../core/vectors.js";
+import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { pixelOf, rayOfPixel } from "../core/steps.js";
-import { OutsideView } from "./outside.js";
-import { drawDot, drawLine } from "./shapes.js";
-import { SIZE, worldText } from "./world.js";
+import { OutsideView } from "../figure/outside.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
+import { FLOOR, SIZE, toSun, worldText } from "./world.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
-/** @typedef {import("./figure.js").Pen} Pen */
+/** @typedef {import("../figure/board.js").Pen} Pen */
 
-const REACH_PX = 16;
+const GRAB_PX = 16, IMAGE_DISTANCE = 1.5, KEY_MOVE = 0.05;
 /** The newest flat picture of the shared world. @type {{ canvas: HTMLCanvasElement | null }} */
 const SHARED_PICTURE = { canvas: null };
 
@@ -28,6 +28,34 @@ export function sharedPicture({ shared, pictures }) {
 
 /** A handle that is dragged in both views. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string }} Handle */
 
+/** A point that a reader drags: above a height, within 6 units of the origin, in steps of 0.001. @param {number[]} point @param {number} lowest */
+export const withinWorld = ([x, y, z], lowest) => [x, y, Math.max(lowest, z)].map((value) => Math.max(-6, Math.min(6, Math.round(value * 1000) / 1000)));
+
+/** The handle of the camera's centre. @param {Figure} fig @returns {Handle} */
+export function centerHandle({ shared }) {
+  return { get: () => shared.numbers.C, color: "C", symbol: "C", text: "C", set: (point) => { shared.numbers.C = withinWorld(point, 0.2); } };
+}
+
+/** The handle of the bulb. @param {Figure} fig @returns {Handle} */
+export function bulbHandle({ shared }) {
+  return { get: () => shared.numbers.bulb, color: "L", symbol: "L", text: "bulb", set: (point) => { shared.numbers.bulb = withinWorld(point, 0.2); } };
+}
+
+/** The handle of one vertex of the green triangle. @param {Figure} fig @param {number} k @param {Partial<Handle>} [look] @returns {Handle} */
+export function vertexHandle({ shared }, k, look = {}) {
+  const { corners } = shared.numbers.triangles[0];
+  return { get: () => corners[k], color: "a", symbol: "abc"[k], text: "abc"[k], set: (point) => { corners[k] = withinWorld(point, 0); }, ...look };
+}
+
+/** Parallel rays of the sun above the floor. @param {Figure} fig @returns {import("../figure/outside.js").Stroke[]} */
+export function sunStrokes({ shared }) {
+  const sun = toSun(shared.numbers);
+  return [-1, 0, 1].map((i) => {
+    const at = [-1.6 - 0.3 * i, 0.9 + 0.9 * i, 0];
+    return { from: plusTimes(at, 4.2, sun), to: plusTimes(at, 3.3, sun), color: "L", symbol: "L", text: i ? "" : "sun", arrow: true };
+  });
+}
+
 /** Handles of the corners of the free triangle that the pixel shows, or of the green one. @param {Figure} fig @returns {Handle[]} */
 export function cornerHandles({ shared }) {
   const { numbers, found } = shared;
@@ -36,35 +64,49 @@ export function cornerHandles({ shared }) {
   return triangle.corners.map((_, k) => ({
     get: () => triangle.corners[k],
     set: (point) => {
-      triangle.corners[k] = [point[0], point[1], Math.max(0, point[2])].map((value) => Math.max(-6, Math.min(6, Math.round(value * 1000) / 1000)));
+      triangle.corners[k] = withinWorld(point, 0);
     },
-    color: "edge", symbol: "abc"[k], text: "abc"[k],
+    color: "a", symbol: "abc"[k], text: "abc"[k],
   }));
+}
+
+/** The keyboard's way to handles: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
+function handleKeys(handles) {
+  let selected = -1;
+  const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text}.` : "No point is selected.");
+  return {
+    get: () => handles()[selected],
+    next: () => {
+      selected = selected + 1 < handles().length ? selected + 1 : -1;
+      return name(handles()[selected]);
+    },
+  };
 }
 
 /**
  * Adds the view from outside, which turns when it is dragged.
  * @param {Figure} fig
- * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("./outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
+ * @param {{ label: string, ratio?: number, view?: OutsideView, content: () => import("../figure/outside.js").Content, handles?: () => Handle[], picksPixel?: boolean }} options
  */
 export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(), content, handles = () => [], picksPixel = false }) {
   const { shared } = fig;
+  const keys = handleKeys(handles);
   /** @type {Handle | null} */
   let held = null;
   let paints = false;
   fig.canvas({
-    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too.`,
+    ratio, label: `${label}. Drag to turn the view; the arrow keys turn it too${handles().length ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       const shown = content();
-      const spots = handles().map(({ get, color, symbol, text }) => ({ at: get(), color, symbol, text, radius: 6 }));
-      view.draw(pen, { ...shown, spots: [...(shown.spots || []), ...spots] }, shared);
+      const spots = handles().map(({ get, color, symbol, text }) => ({ at: get(), color, symbol, text, radius: get === keys.get()?.get ? 9 : 6 }));
+      view.draw(pen, { ...shown, spots: [...(shown.spots || []), ...spots] });
     },
     grab: (at) => {
       held = handles().find((handle) => {
         const [x, y] = view.see(handle.get());
-        return Math.hypot(x - at[0], y - at[1]) < REACH_PX;
+        return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
       }) || null;
-      const pixel = picksPixel && !held ? view.pixelAt(shared, at) : null;
+      const pixel = picksPixel && !held ? view.pixelAt(rigOf(fig), at) : null;
       paints = pixel !== null;
       if (pixel) pick(fig, pixel);
       return true;
@@ -74,11 +116,18 @@ export function addOutside(fig, { label, ratio = 0.62, view = new OutsideView(),
         held.set(view.shift(held.get(), at, from));
         shared.changed();
       } else if (paints) {
-        const pixel = view.pixelAt(shared, at);
+        const pixel = view.pixelAt(rigOf(fig), at);
         if (pixel) pick(fig, pixel);
       } else view.orbit(at, from);
     },
-    nudge: ([x, y]) => view.orbit([8 * x, 8 * y], [0, 0]),
+    next: handles().length ? keys.next : undefined,
+    nudge: ([x, y]) => {
+      const handle = keys.get();
+      if (!handle) return view.orbit([8 * x, 8 * y], [0, 0]);
+      const step = KEY_MOVE * view.scale;
+      handle.set(view.shift(handle.get(), [step * x, step * y], [0, 0]));
+      shared.changed();
+    },
   });
   return view;
 }
@@ -97,16 +146,22 @@ export function pick({ shared }, pixel) {
 export function addPicture(fig, { label = "The picture", handles = () => [], overlay, image = () => sharedPicture(fig) } = {}) {
   const { shared } = fig;
   let scale = 1;
+  const keys = handleKeys(handles);
   /** @type {Handle | null} */
   let held = null;
   const place = (/** @type {number} */ u, /** @type {number} */ v) => [(u + 0.5) * scale, (v + 0.5) * scale];
   const pixelAt = (/** @type {number[]} */ at) => at.map((value) => value / scale - 0.5);
+  const moveTo = (/** @type {Handle} */ handle, /** @type {number[]} */ [u, v]) => {
+    const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
+    handle.set(plusTimes(C, dot(minus(handle.get(), C), forward) / dot(r, forward), r));
+    shared.changed();
+  };
   const seen = (/** @type {number[]} */ point) => {
     const { u, v, inFront } = pixelOf(shared.camera.P, point);
     return inFront ? place(u, v) : [-99, -99];
   };
   fig.canvas({
-    ratio: SIZE[1] / SIZE[0], label: `${label}. Click to select a pixel; the arrow keys move it.`,
+    ratio: SIZE[1] / SIZE[0], label: `${label}. Click to select a pixel; the arrow keys move it${handles().length ? ", and Enter selects a point that they move" : ""}.`,
     draw: (pen) => {
       scale = pen.width / SIZE[0];
       const canvas = image();
@@ -115,27 +170,33 @@ export function addPicture(fig, { label = "The picture", handles = () => [], ove
       else drawLine(pen, [[0, 0], [pen.width, 0], [pen.width, pen.height], [0, pen.height]], { color: "soft", fill: "soft", close: true });
       overlay?.(pen, place);
       for (const handle of handles()) {
-        drawDot(pen, seen(handle.get()), handle.color, 6);
+        drawDot(pen, seen(handle.get()), handle.color, handle.get === keys.get()?.get || pen.lit(handle.symbol) ? 9 : 6);
+        pen.touch(handle.symbol, [seen(handle.get())]);
         pen.label({ at: seen(handle.get()), text: handle.text || "", symbol: handle.symbol });
       }
-      drawPixel(pen, place(shared.numbers.pixel[0], shared.numbers.pixel[1]));
+      const pixel = place(shared.numbers.pixel[0], shared.numbers.pixel[1]);
+      drawPixel(pen, pixel);
+      pen.touch("x", [pixel]);
     },
     grab: (at) => {
       held = handles().find((handle) => {
         const [x, y] = seen(handle.get());
-        return Math.hypot(x - at[0], y - at[1]) < REACH_PX;
+        return Math.hypot(x - at[0], y - at[1]) < GRAB_PX;
       }) || null;
       if (!held) pick(fig, pixelAt(at));
       return true;
     },
     drag: (at) => {
-      if (!held) return pick(fig, pixelAt(at));
-      const [u, v] = pixelAt(at);
-      const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
-      held.set(plusTimes(C, dot(minus(held.get(), C), forward) / dot(r, forward), r));
-      shared.changed();
+      if (held) moveTo(held, pixelAt(at));
+      else pick(fig, pixelAt(at));
     },
-    nudge: ([x, y]) => pick(fig, [shared.numbers.pixel[0] + x, shared.numbers.pixel[1] + y]),
+    next: handles().length ? keys.next : undefined,
+    nudge: ([x, y]) => {
+      const handle = keys.get();
+      if (!handle) return pick(fig, [shared.numbers.pixel[0] + x, shared.numbers.pixel[1] + y]);
+      const { u, v } = pixelOf(shared.camera.P, handle.get());
+      moveTo(handle, [u + x, v + y]);
+    },
   });
 }
 
@@ -149,11 +210,25 @@ export function drawPixel(pen, [x, y]) {
 
 /** The shared world as content of a view from outside. @param {Figure} fig @param {boolean} [withCamera] */
 export function worldContent(fig, withCamera = true) {
-  const { corners, colors, numbers } = fig.shared;
-  return { corners, colors, C: withCamera ? numbers.C : null, picture: withCamera ? sharedPicture(fig) : null };
+  const { corners, colors } = fig.shared;
+  return { corners, colors, grid: FLOOR, rig: withCamera ? rigOf(fig) : null };
 }
 
-/** The three axes at the origin. @returns {import("./outside.js").Stroke[]} */
+/** The shared camera, as views from outside draw it. @param {Figure} fig @returns {import("../figure/outside.js").Rig} */
+export function rigOf(fig) {
+  const { camera, numbers } = fig.shared;
+  const [right, bottom] = SIZE.map((side) => side - 0.5);
+  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => imagePoint(fig, u, v));
+  return { C: numbers.C, v: rowOf(camera.R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture: sharedPicture(fig) };
+}
+
+/** The point of the drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
+export function imagePoint({ shared }, u, v) {
+  const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
+  return plusTimes(C, IMAGE_DISTANCE / dot(r, forward), r);
+}
+
+/** The three axes at the origin. @returns {import("../figure/outside.js").Stroke[]} */
 export function axisStrokes(length = 1.2) {
   return ["x", "y", "z"].map((text, i) => ({ from: [0, 0, 0], to: [0, 1, 2].map((k) => (k === i ? length : 0)), color: "axis", text, arrow: true }));
 }

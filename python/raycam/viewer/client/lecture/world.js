@@ -1,6 +1,6 @@
 // The world that all figures share: numbers that a reader turns, and the world file that they make.
 
-import { srgb8 } from "../image/tone.js";
+import { linearOfSrgb, srgb8 } from "../image/tone.js";
 
 /** @typedef {{ name: string, corners: number[][], color: string }} FreeTriangle a triangle whose corners are dragged */
 /**
@@ -34,7 +34,11 @@ const FACE_COLORS = [
   [0.68, 0.02, 0.05], [0.9, 0.16, 0.06], [0.02, 0.13, 0.4], [0.17, 0.4, 0.73], [0.01, 0.33, 0.26], [0.1, 0.63, 0.51],
   [0.2, 0.04, 0.27], [0.46, 0.2, 0.64], [0.03, 0.02, 0.07], [0.1, 0.07, 0.25], [0.76, 0.54, 0.05], [0.92, 0.79, 0.26],
 ];
-const BOX_PLACE = [-0.8, 0.3, 0.5], BOX_YAW = 25, FLOOR = 3.5;
+/** Half the side of the floor. */
+export const FLOOR = 3.5;
+/** sRGB of the background of flat pictures. */
+export const BACKGROUND = [205, 221, 236];
+const BOX_PLACE = [-0.8, 0.3, 0.5], BOX_YAW = 25;
 
 /** @returns {Numbers} the numbers at the start */
 export function firstNumbers() {
@@ -79,17 +83,18 @@ export function colorsOf({ triangles }) {
 const table = (rows) => `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
 
 /**
- * The world file. `lights`: any of "sun", "bulb", "sky". `box`: further keys of the box, `camera`: of the camera.
+ * The world file. `lights`: any of "sun", "bulb", "sky", and "backdrop", a sky for flat pictures. `box`: further keys of the box, `camera`: of the camera.
  * @param {Numbers} numbers
  * @param {{ lights?: string[], box?: string, camera?: string, size?: number[], more?: string }} [options]
  */
-export function worldText(numbers, { lights = ["sun"], box = "", camera = "", size = SIZE, more = "" } = {}) {
+export function worldText(numbers, { lights = ["backdrop"], box = "", camera = "", size = SIZE, more = "" } = {}) {
   const { fx, fy, skew, cx, cy, roll, pitch, yaw, C, triangles, bulb } = numbers;
   const scale = size[0] / SIZE[0];
   const K = [[fx * scale, skew * scale, (cx + 0.5) * scale - 0.5], [0, fy * scale, (cy + 0.5) * scale - 0.5], [0, 0, 1]];
   const lines = {
     sun: `type = "sun"\ndirection = [${toSun(numbers).map((value) => -value).join(", ")}]\nirradiance = [${SUN.join(", ")}]`,
     bulb: `type = "point"\nposition = [${bulb.join(", ")}]\nintensity = [${BULB.join(", ")}]`,
+    backdrop: `type = "sky"\nradiance = [${BACKGROUND.map((value) => linearOfSrgb(value / 255)).join(", ")}]`,
     sky: `type = "sky"\nradiance = [0.3, 0.36, 0.46]`,
   };
   return `${[

@@ -1,6 +1,6 @@
 // Strokes that figures have in common.
 
-/** @typedef {import("./figure.js").Pen} Pen */
+/** @typedef {import("./board.js").Pen} Pen */
 
 /**
  * A line through points.

@@ -1,0 +1,22 @@
+//! Elements of a document that are omitted, with a notice, if they are faulty.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
+
+/// An element whose fault costs only the element and not the whole document: a light, a camera, an animation.
+#[derive(Debug)]
+pub(crate) enum Lenient<T> {
+    Valid(T),
+    /// The fault, in the JSON reader's words.
+    Faulty(String),
+}
+
+impl<'de, T: DeserializeOwned> Deserialize<'de> for Lenient<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = serde_json::Value::deserialize(deserializer)?;
+        Ok(match T::deserialize(value) {
+            Ok(element) => Self::Valid(element),
+            Err(error) => Self::Faulty(error.to_string()),
+        })
+    }
+}

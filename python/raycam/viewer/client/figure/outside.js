@@ -1,0 +1,189 @@
+// The world from outside, by a parallel projection that the reader turns: triangles, camera, image plane, ray, lights.
+
+import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
+import { drawArrow, drawDot, drawLine } from "./shapes.js";
+
+/** @typedef {import("./board.js").Pen} Pen */
+/** @typedef {{ from: number[], to: number[], color: string, symbol?: string, text?: string, width?: number, dash?: number[], arrow?: boolean }} Stroke a line in space */
+/** @typedef {{ at: number[], color: string, symbol?: string, text?: string, radius?: number }} Spot */
+/** @typedef {{ corners: number[][], color: string, line?: string, symbol?: string }} Patch a translucent polygon */
+/**
+ * @typedef {object} Rig the camera, as a figure draws it
+ * @property {number[]} C where it is drawn
+ * @property {number[]} v the principal axis, a unit vector
+ * @property {number[]} size columns and rows
+ * @property {number} distance of the drawn image plane
+ * @property {number[][]} corners of the drawn image plane: top left, top right, bottom right, bottom left
+ * @property {CanvasImageSource | null} [picture] on the image plane
+ */
+/**
+ * @typedef {object} Content
+ * @property {ArrayLike<number>} corners of triangles, nine numbers each
+ * @property {number[][]} colors sRGB of each triangle
+ * @property {number} [faded] opacity of the triangles
+ * @property {number} [chosen] the outlined triangle
+ * @property {number} [grid] half the side of a grid on the ground, in units
+ * @property {Rig | null} [rig]
+ * @property {Stroke[]} [strokes]
+ * @property {Spot[]} [spots]
+ * @property {Patch[]} [patches]
+ */
+/** @typedef {{ near: number, paint: () => void }} Part */
+
+const SEGMENTS = 20, ORBIT_PER_PX = 0.5, GROUND = -1e9, AXIS_LENGTH = 0.55;
+const LIGHT = [0.35, -0.5, 0.79];
+
+export class OutsideView {
+  /** @param {{ azimuth?: number, elevation?: number, center?: number[], radius?: number, up?: number[] }} [view] degrees and units of the world; `up` is one of its axes */
+  constructor({ azimuth = 2, elevation = 24, center = [0.5, -0.6, 0.8], radius = 2.7, up = [0, 0, 1] } = {}) {
+    this.azimuth = azimuth;
+    this.elevation = elevation;
+    this.center = center;
+    this.radius = radius;
+    this.up = up;
+    this.width = 1;
+    this.height = 1;
+    this.scale = 1;
+    /** @type {number[][]} right, up and toward the reader */
+    this.axes = [[1, 0, 0], [0, 0, 1], [0, -1, 0]];
+    this.place(1, 1);
+  }
+
+  /** @param {number} width @param {number} height */
+  place(width, height) {
+    this.width = width;
+    this.height = height;
+    const [a, e] = [this.azimuth, this.elevation].map((degrees) => (degrees * Math.PI) / 180);
+    const p = this.up[0] ? [0, 1, 0] : [1, 0, 0];
+    const q = cross(this.up, p);
+    const level = p.map((value, i) => Math.cos(a) * value + Math.sin(a) * q[i]);
+    const toward = level.map((value, i) => Math.cos(e) * value + Math.sin(e) * this.up[i]);
+    const right = cross(this.up, level);
+    this.axes = [right, cross(toward, right), toward];
+    this.scale = Math.min(width / 1.3, height) / (2 * this.radius);
+  }
+
+  /** x, y and nearness of a point. @param {number[]} point */
+  see(point) {
+    const off = minus(point, this.center);
+    return [this.width / 2 + this.scale * dot(off, this.axes[0]), this.height / 2 - this.scale * dot(off, this.axes[1]), dot(off, this.axes[2])];
+  }
+
+  /** @param {number[]} to @param {number[]} from */
+  orbit(to, from) {
+    this.azimuth -= ORBIT_PER_PX * (to[0] - from[0]);
+    this.elevation = Math.max(6, Math.min(88, this.elevation + ORBIT_PER_PX * (to[1] - from[1])));
+  }
+
+  /** The point moved with the pointer, in the plane that faces the reader. @param {number[]} point @param {number[]} to @param {number[]} from */
+  shift(point, to, from) {
+    const moved = plusTimes(plusTimes(point, (to[0] - from[0]) / this.scale, this.axes[0]), (from[1] - to[1]) / this.scale, this.axes[1]);
+    return moved.map((value) => Math.round(value * 1000) / 1000);
+  }
+
+  /** @param {Pen} pen @param {Content} content */
+  draw(pen, content) {
+    this.place(pen.width, pen.height);
+    /** @type {Part[]} */
+    const parts = [];
+    this.addTriangles(pen, content, parts);
+    for (const patch of content.patches || []) this.addPatch(pen, patch, parts);
+    const strokes = [...(content.strokes || [])];
+    if (content.rig) strokes.push(...this.addCamera(pen, content.rig, parts));
+    for (const stroke of strokes) this.addStroke(pen, stroke, parts);
+    parts.sort((a, b) => a.near - b.near);
+    for (const part of parts) part.paint();
+    for (const { at, color, radius = 5, text, symbol } of content.spots || []) {
+      const [x, y] = this.see(at);
+      drawDot(pen, [x, y], color, pen.lit(symbol) ? radius + 3 : radius);
+      pen.touch(symbol, [[x, y]]);
+      if (text) pen.label({ at: [x, y], text, symbol, color: pen.color(color) });
+    }
+  }
+
+  /** @param {Pen} pen @param {Content} content @param {Part[]} parts */
+  addTriangles(pen, { corners, colors, faded = 1, chosen = -1, grid = 0 }, parts) {
+    const heights = Array.from({ length: corners.length / 3 }, (_, i) => dot([corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]], this.up));
+    const ground = Math.min(...heights);
+    for (let i = 0; i < corners.length / 9; i++) {
+      const points = [0, 3, 6].map((k) => [corners[9 * i + k], corners[9 * i + k + 1], corners[9 * i + k + 2]]);
+      const seen = points.map((point) => this.see(point));
+      const n = cross(minus(points[1], points[0]), minus(points[2], points[0]));
+      const shade = 0.66 + 0.34 * Math.abs(dot(n, LIGHT) / (lengthOf(n) || 1));
+      const isGround = [0, 1, 2].every((k) => heights[3 * i + k] - ground < 1e-9);
+      const fill = `rgb(${(colors[i % colors.length] || [150, 150, 150]).map((value) => Math.round(shade * value)).join(" ")} / ${isGround ? 0.5 * faded : faded})`;
+      const paint = () => {
+        drawLine(pen, seen, { color: fill, width: isGround ? 0 : 0.8, fill, close: true });
+        if (i === chosen) drawLine(pen, seen, { color: "ink", width: 2.2, close: true });
+      };
+      parts.push({ near: isGround ? GROUND : mean(seen.map((each) => each[2])), paint });
+    }
+    for (let k = -Math.floor(grid); k <= grid; k++) {
+      for (const ends of [[[k, -grid, 0], [k, grid, 0]], [[-grid, k, 0], [grid, k, 0]]])
+        parts.push({ near: GROUND / 2, paint: () => drawLine(pen, ends.map((end) => this.see(end)), { color: "grid", width: 1 }) });
+    }
+  }
+
+  /** @param {Pen} pen @param {Patch} patch @param {Part[]} parts */
+  addPatch(pen, { corners, color, line = "", symbol }, parts) {
+    const seen = corners.map((corner) => this.see(corner));
+    const width = line ? (pen.lit(symbol) ? 3.5 : 1.5) : 0;
+    parts.push({ near: mean(seen.map((each) => each[2])), paint: () => drawLine(pen, seen, { color: line || color, width, fill: color, close: true }) });
+    pen.touch(symbol, [...seen, seen[0]]);
+  }
+
+  /** @param {Pen} pen @param {Stroke} stroke @param {Part[]} parts */
+  addStroke(pen, { from, to, color, symbol, text, width = 2, dash, arrow = false }, parts) {
+    const thick = pen.lit(symbol) ? width + 2.5 : width;
+    const count = dash ? 1 : SEGMENTS;
+    const [a, b] = [this.see(from), this.see(to)];
+    const at = (/** @type {number} */ part) => a.map((value, i) => value + part * (b[i] - value));
+    const head = arrow ? Math.min(1, (6 + 2 * thick) / (Math.hypot(b[0] - a[0], b[1] - a[1]) || 1)) : 0;
+    for (let k = 0; k < count; k++) {
+      const ends = [at((k / count) * (1 - head)), at(((k + 1) / count) * (1 - head))];
+      parts.push({ near: (ends[0][2] + ends[1][2]) / 2 + 0.02, paint: () => drawLine(pen, ends, { color, width: thick, dash }) });
+    }
+    if (arrow) parts.push({ near: b[2] + 0.02, paint: () => drawArrow(pen, at(1 - head), b, color, thick) });
+    pen.touch(symbol, [a, b]);
+    if (text) pen.label({ at: arrow ? at(0.65).slice(0, 2) : b.slice(0, 2), text, symbol, color: pen.color(color) });
+  }
+
+  /** @param {Pen} pen @param {Rig} rig @param {Part[]} parts @returns {Stroke[]} */
+  addCamera(pen, rig, parts) {
+    const { corners } = rig;
+    const seen = corners.map((corner) => this.see(corner));
+    const [[a, b, , d], { ctx }, [columns, rows]] = [seen, pen, rig.size];
+    parts.push({
+      near: mean(seen.map((each) => each[2])),
+      paint: () => {
+        if (rig.picture) {
+          ctx.save();
+          ctx.transform((b[0] - a[0]) / columns, (b[1] - a[1]) / columns, (d[0] - a[0]) / rows, (d[1] - a[1]) / rows, a[0], a[1]);
+          ctx.globalAlpha = 0.94;
+          ctx.drawImage(rig.picture, 0, 0, columns, rows);
+          ctx.restore();
+        }
+        drawLine(pen, seen, { color: "K", width: pen.lit("K") ? 4 : 1.5, close: true });
+      },
+    });
+    pen.touch("K", [...seen, seen[0]]);
+    return [
+      ...corners.map((corner) => ({ from: rig.C, to: corner, color: "K", width: pen.lit("K") ? 2.5 : 1.1, symbol: "K" })),
+      { from: rig.C, to: plusTimes(rig.C, AXIS_LENGTH * rig.distance, rig.v), color: "R", symbol: "v", text: "v", arrow: true },
+    ];
+  }
+
+  /** The pixel of the image plane at a point of the figure; null outside. @param {Rig} rig @param {number[]} at */
+  pixelAt(rig, at) {
+    const [a, b, , d] = rig.corners.map((corner) => this.see(corner));
+    const [p, q, w] = [[b[0] - a[0], b[1] - a[1]], [d[0] - a[0], d[1] - a[1]], [at[0] - a[0], at[1] - a[1]]];
+    const area = p[0] * q[1] - p[1] * q[0];
+    const [s, t] = [(w[0] * q[1] - w[1] * q[0]) / area, (p[0] * w[1] - p[1] * w[0]) / area];
+    return s >= 0 && s <= 1 && t >= 0 && t <= 1 ? [Math.round(s * rig.size[0] - 0.5), Math.round(t * rig.size[1] - 0.5)] : null;
+  }
+}
+
+/** @param {number[]} values */
+function mean(values) {
+  return values.reduce((sum, value) => sum + value, 0) / values.length;
+}

@@ -1,0 +1,37 @@
+// What typed exercises consist of, and how close an answer must be.
+
+import { general } from "../core/explanation.js";
+
+/**
+ * @typedef {object} Facts what the page knows of the pixel
+ * @property {number[]} P
+ * @property {number[]} R
+ * @property {number[]} pixel u, v in pixel coordinates
+ * @property {import("../core/steps.js").PixelRay} ray
+ * @property {import("../core/steps.js").Candidate} found
+ * @property {import("./world.js").Numbers} numbers
+ */
+/** @typedef {{ right: boolean, text: string }} Verdict */
+/**
+ * @typedef {object} Exercise
+ * @property {string} id
+ * @property {string} title
+ * @property {string[]} asked the names of the numbers
+ * @property {(facts: Facts) => string[]} given lines
+ * @property {(facts: Facts) => number[]} answer
+ * @property {(values: number[], facts: Facts) => string} hint to a wrong answer
+ * @property {((values: number[], facts: Facts) => string)} [other] why another answer is right too; empty where it is not
+ */
+
+/** The share of the largest number that an answer may be off. */
+export const TOLERANCE = 1e-3;
+
+/** True if numbers are the same within the tolerance. @param {number[]} values @param {number[]} right */
+export const areClose = (values, right) => {
+  const off = TOLERANCE * Math.max(...right.map(Math.abs), 1e-9);
+  return values.length === right.length && values.every((value, i) => Math.abs(value - right[i]) <= off);
+};
+export const negated = (/** @type {number[]} */ values) => values.map((value) => -value);
+export const triple = (/** @type {string} */ name) => ["x", "y", "z"].map((axis) => `${name} ${axis}`);
+export const rowsOf = (/** @type {number[]} */ m, /** @type {number} */ columns) =>
+  Array.from({ length: m.length / columns }, (_, i) => `  [${m.slice(columns * i, columns * (i + 1)).map(general).join(", ")}]`);

@@ -1,0 +1,88 @@
+// Exercises of chapters 6 to 9: the plane, inside or outside, the closest hit, and the tree.
+
+import { general, vectorText } from "../core/explanation.js";
+import { rangesOf } from "../core/steps.js";
+import { dot, lengthOf } from "../core/vectors.js";
+import { areClose, negated, triple } from "./answers.js";
+
+const cornersText = (/** @type {import("./answers.js").Facts} */ { found }) => found.corners.map((corner, i) => `${"abc"[i]} = ${vectorText(corner)}`);
+
+/** The axis along which a normal is longest. @param {number[]} n */
+const mainAxis = (n) => n.map(Math.abs).indexOf(Math.max(...n.map(Math.abs)));
+
+/** @type {import("./answers.js").Exercise[]} */
+export const HIT_EXERCISES = [
+  {
+    id: "normal",
+    title: "The plane of the triangle: n = (c - a) x (b - a)",
+    asked: triple("n"),
+    given: cornersText,
+    answer: ({ found }) => found.n,
+    hint: (values, { found }) => {
+      if (areClose(values, negated(found.n))) return "This is (b - a) x (c - a): the order turns the sign.";
+      const [length, own] = [lengthOf(values), lengthOf(found.n)];
+      const cosine = dot(values, found.n) / (length * own || 1);
+      if (Math.abs(cosine) > 1 - 1e-5) return `The direction is right, the length is not: ${general(length)}, not ${general(own)}. n is the cross product as it is.`;
+      const off = [found.edges[0], found.edges[2]].map((edge) => Math.abs(dot(values, edge)) / (length * lengthOf(edge) || 1));
+      return `n must be perpendicular to both edges. Your n gives n·(b - a) = ${general(dot(values, found.edges[0]))}, ${off[0] > 1e-3 ? "but it must be 0" : "which is right, but n·(c - a) is not 0"}.`;
+    },
+  },
+  {
+    id: "distance",
+    title: "The ray meets the plane: t = n·(a - C) / n·r",
+    asked: ["t"],
+    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `a = ${vectorText(found.corners[0])}`, `n = ${vectorText(found.n)}`],
+    answer: ({ found }) => [found.t],
+    hint: ([t], { ray, found }) => {
+      if (areClose([t], [-found.t])) return "The absolute value is right, but the sign is wrong: the numerator is n·(a - C), not n·(C - a).";
+      if (areClose([t], [1 / found.t])) return "This is n·r / n·(a - C): upside down.";
+      if (areClose([t], [found.above])) return "This is n·(a - C): divide it by n·r.";
+      if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t counts lengths of r.";
+      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the depth t (v·r): t counts lengths of r.";
+      return `n·(a - C) = ${general(found.above)}. Divide it by n·r.`;
+    },
+  },
+  {
+    id: "crossings",
+    title: "Inside or outside: how many edges does u cross?",
+    asked: ["crossings"],
+    given: (facts) => [
+      ...cornersText(facts),
+      `f(t) = ${vectorText(facts.found.f)}`,
+      `g = a + v3 = ${vectorText(facts.found.g)}`,
+      `u = g - f(t) = ${vectorText(facts.found.u)}`,
+      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same.`,
+    ],
+    answer: ({ found }) => [found.crossings],
+    hint: ([count], { found }) => {
+      if (![0, 1, 2, 3].includes(count)) return "There are three edges: count those that u crosses, 0 to 3.";
+      const i = found.crossed.findIndex((crossed) => (count < found.crossings ? crossed : !crossed));
+      const numbers = Number.isNaN(found.alongU[i]) ? "it is parallel to u" : `s = ${general(found.alongU[i])} along u and q = ${general(found.alongEdge[i])} along the edge`;
+      return `Look at v${i + 1} again: ${numbers}. It is crossed when both lie between 0 and 1.`;
+    },
+  },
+  {
+    id: "hit",
+    title: "The point that the pixel shows: f(t) = C + t r",
+    asked: triple("f"),
+    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `t = ${general(found.t)}`],
+    answer: ({ found }) => found.f,
+    hint: (values, { ray, found }) => {
+      if (areClose(values, ray.r.map((value) => value * found.t))) return "This is t r. Add C, where the ray begins.";
+      if (areClose(values, ray.C.map((value, i) => value - found.t * ray.r[i]))) return "This is C − t r, a point behind the camera.";
+      return "Multiply each coordinate of r by t and add the coordinate of C.";
+    },
+  },
+  {
+    id: "halving",
+    title: "A tree halves 1024 triangles until each leaf holds one. How many levels of boxes lie below the root?",
+    asked: ["levels"],
+    given: () => ["1024 = 2 · 2 · … · 2"],
+    answer: () => [10],
+    hint: ([levels]) => {
+      if (levels === 512) return "This is the number of triangles after one halving.";
+      if (levels === 9 || levels === 11) return "Count the halvings: 1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1.";
+      return "How often can you halve 1024 until 1 is left?";
+    },
+  },
+];
