@@ -13,12 +13,14 @@ from .. import _core
 from ..arguments import Bools, Floats, floats, real, thread_count, wholes
 from ..camera import Camera
 from ..errors import SettingsError
+from ..one_line import one_line
 from ..render.arguments import camera_of, world_of
 from ..world import World
 
 __all__ = ["Keypoints", "keypoints"]
 
 
+@one_line
 @dataclass(frozen=True)
 class Keypoints:
     """The projections of n points into one image."""

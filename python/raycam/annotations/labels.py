@@ -24,6 +24,7 @@ from ..arguments import (
 )
 from ..camera import Camera
 from ..errors import SettingsError
+from ..one_line import one_line
 from ..render import render
 from ..render.arguments import camera_of, world_of
 from ..world import World
@@ -34,6 +35,7 @@ __all__ = ["Box3D", "Label", "box3d", "label"]
 Region = tuple[int, int, int, int]
 
 
+@one_line
 @dataclass(frozen=True)
 class Box3D:
     """The smallest box around an object whose edges run along the axes of its mesh.

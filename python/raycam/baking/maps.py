@@ -16,6 +16,7 @@ from ..arguments import Bools, Floats, real, thread_count, whole, words
 from ..errors import Notice, SettingsError, WorldError
 from ..io.atomic_files import write
 from ..notices import warn
+from ..one_line import one_line
 from ..render.arguments import world_of
 from ..world import World
 from ..world.chosen import object_number
@@ -45,6 +46,7 @@ CHUNK_TEXELS = 1 << 17
 """Number of texels processed at a time."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """The result of `bake`: an object's maps by name, arrays [h, w] or [h, w, 3], and the covered texels."""

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import CameraError, nearest
+from ..one_line import one_line
 from ._geometry import CameraGeometry
 
 __all__ = ["Background", "Fit"]
@@ -17,6 +18,7 @@ Fit = Literal["exact", "cover"]
 FITS = ["exact", "cover"]
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Background:
     """The image behind the rendered objects: a photograph that the camera took, or any other image.

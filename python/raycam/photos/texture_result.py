@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import Bools
 from ..io.atomic_files import write
+from ..one_line import one_line
 from ..world import World
 from .photo_set import PhotoSet
 from .photograph_fit import PhotographFit
@@ -18,6 +19,7 @@ from .texture_report import report_page
 __all__ = ["PhotoTexture"]
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class PhotoTexture:
     """The result of `texture_from_photos`; maps are [h, w]."""

@@ -13,6 +13,7 @@ from ..arguments import Floats, one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..notices import warn, warn_all
+from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
 from ..world.face_geometry import face_normals
@@ -46,6 +47,7 @@ class FacePairs:
     """The fraction of the face's samples that is visible from this camera, float32 [m], more than 0."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class SurfaceVisibility:
     """The result of `surface_visibility`; arrays [n] have one value for each face, in the order of `ids`."""

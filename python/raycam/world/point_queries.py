@@ -12,6 +12,7 @@ from .. import _core
 from ..arguments import Bools, Floats, limits, one_of, paired, rows_of, thread_count, triples
 from ..errors import SettingsError
 from ..io.fork_guard import no_fork
+from ..one_line import one_line
 from .chosen import Chosen, object_mask, object_number
 from .ray_queries import Surface
 
@@ -21,6 +22,7 @@ PAIRS_PER_BLOCK = 1 << 20
 """Number of point pairs converted at a time, so that broadcast points need little memory."""
 
 
+@one_line
 @dataclass(frozen=True)
 class Topology:
     """The topology of an object's mesh, and its volume.

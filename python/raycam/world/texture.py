@@ -12,10 +12,12 @@ import numpy.typing as npt
 
 from ..arguments import refuse_mask
 from ..errors import WorldError
+from ..one_line import one_line
 
 Wrap = Literal["repeat", "clamp", "mirror"]
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Texture:
     """An image with its lookup parameters, for the keys `texture` and `textures` of an object.
