@@ -322,6 +322,7 @@ def test_scene_accepts_nodes_with_their_children() -> None:
 
 def test_point_cloud_without_points_is_shown_as_nothing() -> None:
     scene = pyrender.Scene(bg_color=[0, 0, 0])
+    points: Any
     for points in ([], np.zeros((0, 3))):
         scene.add(pyrender.Mesh.from_points(points, colors=np.zeros((0, 3))))
     scene.add(pyrender.PerspectiveCamera(yfov=1.0))
@@ -332,7 +333,9 @@ def test_point_cloud_without_points_is_shown_as_nothing() -> None:
 @pytest.mark.parametrize("color", [[255, 0, 0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0], [[1.0, 0.0, 0.0]]])
 def test_one_color_is_that_of_all_points(color: object) -> None:
     mesh = pyrender.Mesh.from_points(np.eye(3), colors=color)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(mesh.primitives[0].color_0, np.tile(np.float32([1, 0, 0, 1]), (3, 1)))
+    np.testing.assert_array_equal(
+        mesh.primitives[0].color_0, np.tile(np.array([1, 0, 0, 1], np.float32), (3, 1))
+    )
 
 
 def test_renderer_without_shaders_names_the_channel() -> None:
