@@ -25,6 +25,23 @@ impl AssetLoader for AssetRoot {
         })
     }
 
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>> {
+        self.read_asset(file, |source, assets| {
+            let (budget, notices) = assets.budget_and_notices();
+            let wrap = [Wrap::Repeat, Wrap::Clamp];
+            let image = texture::decode(&source, wrap, ColorUse::Color, budget, notices)?.image;
+            let [columns, rows] = image.size.map(u64::from);
+            if columns != 2 * rows {
+                notices.push(format!(
+                    "{}: {columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is \
+                     stretched to latitude and longitude",
+                    source.path.display()
+                ));
+            }
+            Ok(image)
+        })
+    }
+
     fn profile(&mut self, file: &str) -> Result<IesProfile> {
         self.read_asset(file, |source, assets| ies::read(&source, &mut assets.budget))
     }
