@@ -83,6 +83,12 @@ fn declared(bytes: &[u8]) -> Option<usize> {
     bytes.get(80..HEADER_BYTES)?.try_into().ok().map(|count| u32::from_le_bytes(count) as usize)
 }
 
+/// True if a file is exactly as long as a binary file of the number of facets that it declares.
+pub(crate) fn has_binary_length(bytes: &[u8]) -> bool {
+    let facets = declared(bytes).filter(|&facets| facets > 0).and_then(|facets| facets.checked_mul(FACET_BYTES));
+    facets.is_some_and(|facets| Some(facets) == bytes.len().checked_sub(HEADER_BYTES))
+}
+
 fn is_binary(source: &InputFile) -> bool {
     let bytes = &source.bytes[..];
     if declared(bytes).is_some_and(|count| count.checked_mul(FACET_BYTES) == Some(source.len() - HEADER_BYTES)) {

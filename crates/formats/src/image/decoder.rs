@@ -69,6 +69,22 @@ impl Decoder<'_> {
         Ok(unpacked > MAX_UNBACKED_BYTES / 2 + 16 * length)
     }
 
+    /// Adds the notice about a colour profile other than sRGB.
+    pub(crate) fn profile_notice(&mut self, profile: &[u8]) {
+        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
+        let srgb = profile.windows(4).any(|w| w == b"sRGB") || profile.windows(7).any(|w| w == b"s\0R\0G\0B");
+        if !srgb {
+            self.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
+        }
+    }
+
+    /// Adds the notice about an orientation that turns the image.
+    pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
+        if orientation.is_some_and(|orientation| orientation != Orientation::NoTransforms) {
+            self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
+        }
+    }
+
     pub(crate) fn image(&self, size: [u32; 2], texels: Texels) -> Image {
         Image::new(self.path.display().to_string(), size, texels)
     }
@@ -140,18 +156,10 @@ pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
 /// The decoded image, whose pixels have been taken from the budget.
 pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder, texel: u64) -> Result<Image> {
     let size = decoder.dimensions().into();
-    if let Ok(Some(profile)) = decoder.icc_profile()
-        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
-        && !profile.windows(4).any(|w| w == b"sRGB")
-        && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
-    {
-        file.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
+    if let Ok(Some(profile)) = decoder.icc_profile() {
+        file.profile_notice(&profile);
     }
-    if let Ok(orientation) = decoder.orientation()
-        && orientation != Orientation::NoTransforms
-    {
-        file.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
-    }
+    file.orientation_notice(decoder.orientation().ok());
     let image = DynamicImage::from_decoder(decoder).map_err(|e| decoder_error(file, e))?;
     let texels = match texel {
         4 => file.texels8(grouped(image.into_rgba8().into_raw())),

@@ -1,6 +1,7 @@
 //! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA, told apart by content.
 
 mod bmp;
+mod cube_map;
 pub(crate) mod decoder;
 mod exr;
 mod gif;
