@@ -33,6 +33,8 @@ pub(crate) struct Decoder<'a> {
     pub(crate) trusted: u64,
     pub(crate) budget: &'a mut Budget,
     pub(crate) notices: &'a mut Vec<Notice>,
+    /// The EXIF orientation, which no decoder applies.
+    pub(crate) orientation: Orientation,
 }
 
 impl Decoder<'_> {
@@ -80,7 +82,8 @@ impl Decoder<'_> {
 
     /// Adds the notice about an orientation that turns the image.
     pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
-        if orientation.is_some_and(|orientation| orientation != Orientation::NoTransforms) {
+        self.orientation = orientation.unwrap_or(Orientation::NoTransforms);
+        if self.orientation != Orientation::NoTransforms {
             self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
         }
     }

@@ -11,6 +11,7 @@ use ::exr::meta::attribute::EnvironmentMap;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
+use ::image::metadata::Orientation;
 use raycam_scene::{Image, NoticeCode};
 
 use crate::budget::Budget;
@@ -32,7 +33,17 @@ pub fn read_exr(path: &Path, budget: &Budget) -> Result<([u32; 2], Vec<ExrChanne
     stand_in::check(path, &source.bytes)?;
     let (bytes, budget, notices) = (&source.bytes[..], &mut { *budget }, &mut Vec::new());
     let (color_use, trusted) = (ColorUse::Data, MAX_UNBACKED_BYTES);
-    catch_decoder_panic(path, || one_part(&mut Decoder { bytes, path, color_use, trusted, budget, notices }))
+    catch_decoder_panic(path, || {
+        one_part(&mut Decoder {
+            bytes,
+            path,
+            color_use,
+            trusted,
+            budget,
+            notices,
+            orientation: Orientation::NoTransforms,
+        })
+    })
 }
 
 fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
