@@ -125,7 +125,7 @@ fn decode_oriented(
 /// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
 /// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
 /// colours. EXR and HDR give floats, in which infinities become the largest float16 and NaN becomes 0, with a
-/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture.
+/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture. Colours that are multiplied by alpha (EXR, TIFF) are divided by it.
 ///
 /// As glTF demands, an embedded gamma, colour profile or orientation is not applied; each gets a notice.
 ///
