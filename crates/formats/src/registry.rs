@@ -221,7 +221,10 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
         model.notices.push(Notice::new(NoticeCode::DroppedGeometry, format!("{}: {message}", path.display())));
         model.parts.retain(|part| !part.mesh.triangles.is_empty());
         if model.parts.is_empty() {
-            return Err(FormatError::whole(path, "all faces have vertices that are not finite: nothing to see"));
+            return Err(FormatError::whole(
+                path,
+                ErrorCode::NothingVisible.message("all faces have vertices that are not finite: nothing to see"),
+            ));
         }
     }
     for part in model.parts.iter().filter(|_| found.vertices > 0) {

@@ -7,7 +7,7 @@ use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
 use bytemuck::Pod;
 use raycam_scene::color::linear_from_srgb;
-use raycam_scene::{Image, Message, Notice, NoticeCode, Texels};
+use raycam_scene::{ErrorCode, Image, Message, Notice, NoticeCode, Texels};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -40,6 +40,11 @@ pub(crate) struct Decoder<'a> {
 impl Decoder<'_> {
     pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
         FormatError::whole(self.path, message)
+    }
+
+    /// The error of a file that ends before its declared content.
+    pub(crate) fn truncated(&self, message: impl Into<String>) -> FormatError {
+        self.fault(ErrorCode::TruncatedFile.message(message))
     }
 
     pub(crate) fn unsupported(&self, message: impl Into<Message>) -> FormatError {
@@ -181,7 +186,7 @@ pub(crate) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
 pub(crate) fn decoder_error(file: &Decoder<'_>, error: ImageError) -> FormatError {
     match error {
         ImageError::Unsupported(e) => file.unsupported(e.to_string()),
-        ImageError::IoError(e) => file.fault(format!("ends early: {e}")),
+        ImageError::IoError(e) => file.truncated(format!("ends early: {e}")),
         e => file.fault(e.to_string()),
     }
 }

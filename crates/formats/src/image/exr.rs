@@ -337,7 +337,7 @@ fn has_unknown_compression(bytes: &[u8]) -> bool {
 fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
         Error::NotSupported(message) => file.unsupported(message.into_owned()),
-        Error::Io(e) => file.fault(format!("ends early: {e}")),
+        Error::Io(e) => file.truncated(format!("ends early: {e}")),
         Error::Invalid(_) if has_unknown_compression(file.bytes) => file.unsupported(
             "its compression is not known; none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA and DWAB are",
         ),

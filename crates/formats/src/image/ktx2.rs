@@ -129,7 +129,7 @@ impl FileBytes<'_> {
         let end = start.checked_add(length);
         match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
-            None => Err(file.fault(format!(
+            None => Err(file.truncated(format!(
                 "ends early: {what} is {length} bytes from byte {start} on, the file has {}",
                 self.0.len()
             ))),
@@ -140,7 +140,7 @@ impl FileBytes<'_> {
 /// Reads and checks the header, the level index and the data format descriptor.
 fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     if file.bytes.len() < HEADER_BYTES {
-        return Err(file.fault("ends within its header"));
+        return Err(file.truncated("ends within its header"));
     }
     let bytes = FileBytes(file.bytes);
     let [vk_format, columns, rows, depth, layers, faces, levels, scheme] =

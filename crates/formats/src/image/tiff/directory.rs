@@ -36,7 +36,7 @@ impl<'a> Directory<'a> {
     pub(super) fn read(file: &Decoder<'a>) -> Result<Self> {
         let bytes = file.bytes;
         let mut directory = Self { bytes, big_endian: bytes.starts_with(b"MM"), entries: Vec::new() };
-        let cut = || file.fault("ends within its tags");
+        let cut = || file.truncated("ends within its tags");
         let big = bytes.get(2..4).is_some_and(|version| version.contains(&43));
         let number = |at: usize, size: usize| directory.number(at, size).ok_or_else(cut);
         let (start, width) = if big { (number(8, 8)?, 8) } else { (number(4, 4)?, 4) };
@@ -62,7 +62,7 @@ impl<'a> Directory<'a> {
             if end.is_some_and(|end| end <= bytes.len() as u64) {
                 entries.push(Entry { tag, kind, count: count as usize, at: value as usize });
             } else if (256..=532).contains(&tag) && element_bytes(kind) > 0 {
-                return Err(file.fault(format!("ends early: the value of tag {tag} is missing")));
+                return Err(file.truncated(format!("ends early: the value of tag {tag} is missing")));
             }
         }
         directory.entries = entries;

@@ -106,7 +106,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
     let mut total = 0_u64;
     let chunk = |(&start, &length): (&u64, &u64)| {
         let end = start.checked_add(length).filter(|&end| end <= file.bytes.len() as u64);
-        let Some(end) = end else { return Err(file.fault("ends early: a strip or tile is missing")) };
+        let Some(end) = end else { return Err(file.truncated("ends early: a strip or tile is missing")) };
         total += length;
         if total > 4 * file.bytes.len() as u64 {
             return Err(file.fault("strips or tiles overlap"));
@@ -301,7 +301,7 @@ fn interleave(planes: &[f32], samples: usize) -> Vec<f32> {
 fn decoder_error(file: &Decoder<'_>, error: TiffError) -> FormatError {
     match error {
         TiffError::UnsupportedError(error) => file.unsupported(error.to_string()),
-        TiffError::IoError(error) => file.fault(format!("ends early: {error}")),
+        TiffError::IoError(error) => file.truncated(format!("ends early: {error}")),
         error => file.fault(error.to_string()),
     }
 }
