@@ -17,7 +17,7 @@ def albedo_of(path: Path, size: tuple[int, int]) -> tuple[npt.NDArray[np.float32
         "texture": {"image": path.name, "filter": "nearest"},
     }
     world = raycam.World.from_dict({"object": table}, folder=path.parent)
-    fov = np.degrees(2 * np.arctan(1e-3 * columns / rows))
+    fov = np.degrees(2 * np.arctan(1e-3))
     camera = raycam.Camera.look_at([0, 0, 1e3], [0, 0, 0], up=[0, 1, 0], size=size, fov=fov)
     frame = raycam.render(world, camera, channels=["albedo"], samples=1)
     return frame["albedo"], world.notices
