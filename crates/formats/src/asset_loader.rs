@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, Wrap};
+use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Notice, NoticeCode, Texture, Wrap};
 
 use crate::error::{FormatError, Result};
 use crate::ies;
@@ -22,6 +22,26 @@ impl AssetLoader for AssetRoot {
         self.read_asset(file, |source, assets| {
             let (budget, notices) = assets.budget_and_notices();
             texture::decode(&source, wrap, ColorUse::Color, budget, notices)
+        })
+    }
+
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>> {
+        self.read_asset(file, |source, assets| {
+            let (budget, notices) = assets.budget_and_notices();
+            let wrap = [Wrap::Repeat, Wrap::Clamp];
+            let image = texture::decode(&source, wrap, ColorUse::Color, budget, notices)?.image;
+            let [columns, rows] = image.size.map(u64::from);
+            if columns != 2 * rows {
+                notices.push(Notice::about(
+                    NoticeCode::Implausible,
+                    source.path.display().to_string(),
+                    format!(
+                        "{columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is \
+                         stretched to latitude and longitude"
+                    ),
+                ));
+            }
+            Ok(image)
         })
     }
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import CameraError, nearest
+from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ._geometry import CameraGeometry
 
 __all__ = ["Background", "Fit"]
@@ -26,7 +27,7 @@ class Background:
     intrinsics and lenses count. One of the same shape, but larger or smaller, is resampled. With `fit="cover"`, a
     picture is enlarged and cut evenly until it covers the frame.
 
-    Raises `CameraError` for another `fit`, and for a camera of a picture that covers the frame.
+    Raises `CameraError` for another `fit` or `orientation`, and for a camera of a picture that covers the frame.
     """
 
     image: Any
@@ -35,11 +36,18 @@ class Background:
     """The camera that took the picture; None for the one that has it."""
     fit: Fit = "exact"
     """"exact" or "cover"."""
+    orientation: Orientation = "auto"
+    """Use of the EXIF orientation: "apply", "ignore", or "auto", which turns the picture if it fits only then."""
 
     def __post_init__(self) -> None:
         """Checks the fit."""
         if self.fit not in FITS:
             raise CameraError(nearest("fit of a background", str(self.fit), FITS), code="unknown_name")
+        if self.orientation not in ORIENTATIONS:
+            raise CameraError(
+                nearest("orientation of a background", str(self.orientation), ORIENTATIONS),
+                code="unknown_name",
+            )
         if self.fit == "cover" and self.camera is not None:
             raise CameraError(
                 'fit is "cover", of a picture that no camera took: give it without camera',

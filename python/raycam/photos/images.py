@@ -14,6 +14,7 @@ from .. import _core
 from ..arguments import Floats
 from ..camera import Camera
 from ..errors import SettingsError
+from ..io.oriented_photo import read_oriented
 from ..notices import warn_all
 
 __all__ = ["Photos", "Pyramid", "read_photo"]
@@ -22,8 +23,10 @@ Photos = str | os.PathLike[str] | Mapping[str, Any]
 """A folder with the photographs, or paths or arrays by the photographs' names."""
 
 
-def read_photo(photos: Photos, name: str, camera: Camera) -> npt.NDArray[np.float32]:
-    """The photograph of this name, linear [h, w, 4] with opacity.
+def read_photo(
+    photos: Photos, name: str, camera: Camera, orientation: str = "auto"
+) -> npt.NDArray[np.float32]:
+    """The photograph of this name, linear [h, w, 4] with opacity; `orientation` as in `texture_from_photos`.
 
     Raises `SettingsError` if its size is not the camera's, `FormatError` and `OSError` for its file.
     """
@@ -34,7 +37,7 @@ def read_photo(photos: Photos, name: str, camera: Camera) -> npt.NDArray[np.floa
         opaque = np.ones((*linear.shape[:2], 1), np.float32)
         found = np.concatenate([linear.astype(np.float32), opaque], axis=2)
     else:
-        found, notices = _core.read_picture(os.fspath(given), False)
+        found, notices = read_oriented(given, camera.size, orientation)
         warn_all(notices)
     height, width = found.shape[:2]
     if (width, height) != camera.size:

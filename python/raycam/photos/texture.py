@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Bools, Floats, flag, thread_count, whole
+from ..arguments import Bools, Floats, flag, one_of, thread_count, whole
 from ..baking.gutters import fill_gutters
 from ..baking.texels import Texels, covered_texels, find_texels, warn_of_overlap
 from ..camera import Camera
 from ..errors import WorldError
+from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
@@ -68,6 +69,7 @@ def texture_from_photos(
     size: int = 2048,
     images: Mapping[str, str] | None = None,
     show_unseen: bool = False,
+    orientation: Orientation = "auto",
     threads: int | None = None,
 ) -> PhotoTexture:
     """Computes an object's texture of `size` x `size` texels from posed photographs, through their own lenses.
@@ -80,14 +82,18 @@ def texture_from_photos(
 
     Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
     texels surround the islands. The result is the same for any order of the photographs and any number of threads.
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), and
-    that fewer than half of the cameras look at the world.
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, and that fewer than
+    half of the cameras look at the world.
+
+    With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
+    camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
     Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
     photographs of another size than their camera, `FormatError` and `OSError` for their files.
 
     Source: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008.
     """
+    one_of("orientation", orientation, ORIENTATIONS)
     named = dict(sorted(named_photographs(cameras, images).items()))
     number = object_number(world._core, object)
     wide, threads = whole("size", size, 1, 16384), thread_count(threads)
@@ -107,7 +113,7 @@ def texture_from_photos(
     for first in range(0, count, CHUNK_TEXELS):
         part = slice(first, first + CHUNK_TEXELS)
         colors[part], views[part], spread[part] = _blend(
-            world, named, photos, mesh, texels, part, facing, threads
+            world, named, (photos, orientation), mesh, texels, part, facing, threads
         )
     if not views.any():
         raise WorldError(
@@ -134,7 +140,7 @@ def texture_from_photos(
 def _blend(
     world: World,
     cameras: Mapping[str, Camera],
-    photos: Photos,
+    photos: tuple[Photos, Orientation],
     mesh: ObjectMesh,
     texels: Texels,
     part: slice,
@@ -162,7 +168,9 @@ def _blend(
         area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
         places = sight.pixels - camera.corner
         edge = np.minimum(places, np.array(camera.size) - places).min(axis=1)
-        pixels = Pyramid(read_photo(photos, name, camera)).at(places, np.sqrt(area) * spacing[index])
+        pixels = Pyramid(read_photo(photos[0], name, camera, photos[1])).at(
+            places, np.sqrt(area) * spacing[index]
+        )
         weight = (
             sight.cosine**2
             * np.sqrt(area)

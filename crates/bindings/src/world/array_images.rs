@@ -139,6 +139,10 @@ impl AssetLoader for FilesAndArrays<'_> {
         }
     }
 
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>, FormatError> {
+        self.arrays.image_named(file).map_or_else(|| self.files.environment(file), Ok)
+    }
+
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
         self.files.profile(file)
     }
