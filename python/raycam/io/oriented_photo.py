@@ -72,7 +72,8 @@ def _fits(pixels: Pixels, size: tuple[int, int] | None) -> bool:
     """True if a photograph has the camera's shape, up to its scale and one pixel."""
     if size is None:
         return False
-    own, (width, height) = (pixels.shape[1], pixels.shape[0]), size
+    own: tuple[int, int] = (pixels.shape[1], pixels.shape[0])
+    width, height = size
     return abs(own[0] * height - own[1] * width) <= max(size) * max(1.0, own[0] / width)
 
 
