@@ -45,7 +45,7 @@ def test_transparent_image_of_raycam_keeps_its_colors_at_edges(tmp_path: Path) -
     camera = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(COLUMNS, ROWS), fov=40)
     frame = raycam.render(world, camera, transparent_background=True, samples=64, integrator="flat")
     frame.save(tmp_path / "a.exr")
-    partly = (frame.alpha > 0) & (frame.alpha < 1)
+    partly = (frame["alpha"] > 0) & (frame["alpha"] < 1)
     assert partly.sum() > 4
     found, _ = albedo_of(tmp_path / "a.exr", (COLUMNS, ROWS))
     np.testing.assert_allclose(found[partly], np.broadcast_to([0.1, 0.7, 0.2], (partly.sum(), 3)), atol=2e-3)

@@ -11,6 +11,19 @@ use crate::image::texture;
 use crate::io::AssetRoot;
 use crate::registry;
 
+impl AssetRoot {
+    /// Adds a notice for an environment image that is not twice as wide as high.
+    pub fn check_environment_shape(&mut self, name: &str, [columns, rows]: [u32; 2]) {
+        if u64::from(columns) != 2 * u64::from(rows) {
+            let message = format!(
+                "{columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is stretched to \
+                 latitude and longitude"
+            );
+            self.budget_and_notices().1.push(Notice::about(NoticeCode::Implausible, name, message));
+        }
+    }
+}
+
 impl AssetLoader for AssetRoot {
     type Error = FormatError;
 
@@ -30,17 +43,7 @@ impl AssetLoader for AssetRoot {
             let (budget, notices) = assets.budget_and_notices();
             let wrap = [Wrap::Repeat, Wrap::Clamp];
             let image = texture::decode(&source, wrap, ColorUse::Color, budget, notices)?.image;
-            let [columns, rows] = image.size.map(u64::from);
-            if columns != 2 * rows {
-                notices.push(Notice::about(
-                    NoticeCode::Implausible,
-                    source.path.display().to_string(),
-                    format!(
-                        "{columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is \
-                         stretched to latitude and longitude"
-                    ),
-                ));
-            }
+            assets.check_environment_shape(&source.path.display().to_string(), image.size);
             Ok(image)
         })
     }

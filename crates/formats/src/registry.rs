@@ -1,7 +1,6 @@
 //! The table of file formats, and loading by it.
 
 use std::fs::File;
-use std::io;
 use std::path::Path;
 
 use glam::DAffine3;
@@ -105,26 +104,27 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
 
 /// The bytes of a file of a known kind, as far as its reader wants them in memory.
 fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
-    match format_of(path) {
-        Ok(format) => assets.read_head(path, format.head),
+    match named_format(path) {
+        Some(format) => assets.read_head(path, format.head),
         // Its content may determine its kind.
-        Err(FormatError::Unsupported { .. }) => assets.read(path),
-        Err(error) => Err(error),
+        None => assets.read(path),
     }
 }
 
 /// The format that a file's content determines, or else the extension of its name.
 fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
-    let named = format_of(path);
+    let named = named_format(path);
     let sniffed = file_kind::model_extension(bytes);
     // Text may look like several formats: a name that is known decides.
-    let sniffed = sniffed.or_else(|| named.is_err().then(|| text_extension(bytes)).flatten());
+    let sniffed = sniffed.or_else(|| named.is_none().then(|| text_extension(bytes)).flatten());
     match (named, sniffed) {
-        (Ok(format), Some("glb")) if format.extension == "gltf" => Ok(format),
+        (Some(format), Some("glb")) if format.extension == "gltf" => Ok(format),
         // A binary STL file begins with 80 bytes of any kind.
-        (Ok(format), Some(_)) if format.extension == "stl" && stl::has_binary_length(bytes) => Ok(format),
-        (named, Some(found)) => FORMATS.iter().find(|format| format.extension == found).map_or(named, Ok),
-        (named, None) => named,
+        (Some(format), Some(_)) if format.extension == "stl" && stl::has_binary_length(bytes) => Ok(format),
+        (named, found) => {
+            let found = found.and_then(|found| FORMATS.iter().find(|format| format.extension == found));
+            found.or(named).map_or_else(|| format_of(path), Ok)
+        }
     }
 }
 
@@ -254,17 +254,21 @@ fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<Me
 /// Ends of the names of USD files, which the Python package reads.
 const USD_EXTENSIONS: [&str; 4] = ["usd", "usda", "usdc", "usdz"];
 
+/// The format that the extension of a file's name determines.
+fn named_format(path: &Path) -> Option<&'static FileFormat> {
+    let extension = extension_of(path);
+    FORMATS.iter().find(|format| format.extension == extension)
+}
+
+fn extension_of(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
 fn format_of(path: &Path) -> Result<&'static FileFormat> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
+    if let Some(format) = named_format(path) {
         return Ok(format);
     }
-    // A missing file is reported before its extension.
-    if let Err(source) = std::fs::metadata(path)
-        && source.kind() == io::ErrorKind::NotFound
-    {
-        return Err(FormatError::Io { path: path.into(), source });
-    }
+    let extension = extension_of(path);
     if USD_EXTENSIONS.contains(&extension.as_str()) {
         let message = ErrorCode::UnknownFormat.message(
             "only raycam.load and World.add_object in Python read USD files; for other uses, such as world files, convert \
@@ -275,7 +279,7 @@ fn format_of(path: &Path) -> Result<&'static FileFormat> {
     let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
     let message = ErrorCode::UnknownFormat.message(format!(
-        "unknown kind of file; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
+        "unknown kind of file, by its name and its content; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
          raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
     ));
     Err(FormatError::unsupported(path, message))

@@ -140,7 +140,9 @@ impl AssetLoader for FilesAndArrays<'_> {
     }
 
     fn environment(&mut self, file: &str) -> Result<Arc<Image>, FormatError> {
-        self.arrays.image_named(file).map_or_else(|| self.files.environment(file), Ok)
+        let Some(image) = self.arrays.image_named(file) else { return self.files.environment(file) };
+        self.files.check_environment_shape("the environment's array", image.size);
+        Ok(image)
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {

@@ -145,6 +145,10 @@ impl Layout {
         if self.compression == JPEG && bits != 8 {
             return Err(file.unsupported(format!("JPEG compression of {bits} bits, expected 8")));
         }
+        if self.compression == JPEG && ![1, 3, 4].contains(&self.interleaved()) {
+            let message = format!("JPEG compression of {} channels, expected 1, 3 or 4", self.interleaved());
+            return Err(file.unsupported(message));
+        }
         if self.photometric == Photometric::YCbCr && (bits != 8 || format != SampleFormat::Unsigned) {
             return Err(file.unsupported(format!("YCbCr of {bits} bits, expected 8: convert it to RGB")));
         }

@@ -40,11 +40,12 @@ pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
     let orientation = tags.first(274).and_then(|value| Orientation::from_exif(u8::try_from(value).ok()?));
     file.orientation_notice(orientation);
     let colors = Colors::new(file, &tags, &layout)?;
-    let samples = samples::read(file, &tags, &layout)?;
+    let mut samples = samples::read(file, &tags, &layout)?;
     if layout.format == SampleFormat::Signed {
         let negative = samples.iter().filter(|&&sample| sample < 0.0).count();
         if negative > 0 {
             file.notice(NoticeCode::ClampedValue, format!("negative values are read as 0: {negative}"));
+            samples.iter_mut().for_each(|sample| *sample = sample.max(0.0));
         }
     }
     let pixels = samples.chunks_exact(layout.samples);

@@ -62,7 +62,36 @@ pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>, layout: &Layout
     let count = layout.samples as u64 * u64::from(layout.size[0]) * u64::from(layout.size[1]);
     file.budget.take_bytes(file.path, raw + 4 * count + file.bytes.len() as u64)?;
     let chunks = chunks(file, tags, layout, presented.bytes(presented.chunk, interleaved))?;
-    let plain = plain_file(tags, layout, &presented, &chunks);
+    let mut samples = Vec::new();
+    for plane in chunks.chunks((chunks.len() / planes).max(1)) {
+        let decoded = decode_plane(file, tags, layout, &presented, plane)?;
+        let plane = if layout.chroma != [1, 1] {
+            full_chroma(layout, &decoded)
+        } else if matches!(layout.bits, 8 | 16 | 32 | 64) {
+            normalized(decoded)
+        } else {
+            unpacked(layout, &decoded)
+        };
+        if samples.is_empty() {
+            samples = plane;
+        } else {
+            samples.extend(plane);
+        }
+    }
+    Ok(if layout.planar { interleave(&samples, layout.samples) } else { samples })
+}
+
+/// The picture in all chunks of a file, or of one of its planes.
+fn decode_plane(
+    file: &Decoder<'_>,
+    tags: &Directory<'_>,
+    layout: &Layout,
+    presented: &Presented,
+    chunks: &[Vec<u8>],
+) -> Result<DecodingResult> {
+    let interleaved = if layout.planar { 1 } else { presented.samples };
+    let raw = presented.bytes(presented.size, interleaved);
+    let plain = plain_file(tags, layout, presented, chunks);
     let mut limits = Limits::default();
     limits.decoding_buffer_size = usize::try_from(raw).unwrap_or(usize::MAX);
     limits.intermediate_buffer_size = plain.len();
@@ -74,14 +103,7 @@ pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>, layout: &Layout
     if (decoded.as_buffer(0).as_bytes().len() as u64) < raw {
         return Err(file.fault("some of its channels are missing"));
     }
-    let samples = if layout.chroma != [1, 1] {
-        full_chroma(layout, &decoded)
-    } else if matches!(layout.bits, 8 | 16 | 32 | 64) {
-        normalized(decoded)
-    } else {
-        unpacked(layout, &decoded)
-    };
-    Ok(if layout.planar { interleave(&samples, layout.samples) } else { samples })
+    Ok(decoded)
 }
 
 /// The compressed bytes of each strip or tile, with FillOrder and Zstandard undone.
@@ -161,7 +183,7 @@ fn check_jpeg(file: &Decoder<'_>, layout: &Layout, tables: &[u8], bytes: &[u8]) 
     Ok(())
 }
 
-/// A BigTIFF file of plain channels.
+/// A BigTIFF file of plain channels, next to each other.
 fn plain_file(tags: &Directory<'_>, layout: &Layout, presented: &Presented, chunks: &[Vec<u8>]) -> Vec<u8> {
     let big = tags.big_endian;
     let bytes = |number: u64, size: usize| {
@@ -198,8 +220,8 @@ fn plain_file(tags: &Directory<'_>, layout: &Layout, presented: &Presented, chun
         (258, short(presented.bits as u64)),
         (259, short(compression)),
         (262, short(1)),
-        (277, short(presented.samples as u64)),
-        (284, short(if layout.planar { 2 } else { 1 })),
+        (277, short(if layout.planar { 1 } else { presented.samples as u64 })),
+        (284, short(1)),
         (317, short(layout.predictor)),
         (339, short(format)),
     ];
