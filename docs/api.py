@@ -18,13 +18,14 @@ from typing import Any
 SECTIONS: dict[str, list[str]] = {
     "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "robots.Robot", "data"],
     "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
+    "Lidars": ["Lidar", "load_lidar", "scan", "Scan"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility"),
         *("texture_from_photos", "PhotoTexture", "bake", "BakedMaps"),
-        *("photos.coverage_world", "photos.coverage_picture"),
+        *("photos.PhotographFit", "photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],
     "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],

@@ -15,7 +15,17 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
-from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
+from .errors import (
+    CameraError,
+    Cancelled,
+    Error,
+    FormatError,
+    JobError,
+    LidarError,
+    Notice,
+    SettingsError,
+    WorldError,
+)
 from .interop.mujoco import from_mujoco
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
@@ -34,6 +44,7 @@ if TYPE_CHECKING:
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
+    from .lidar import Lidar, Scan, load_lidar, scan
     from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
@@ -57,12 +68,15 @@ __all__ = [
     "JobError",
     "Keypoints",
     "Label",
+    "Lidar",
+    "LidarError",
     "Notice",
     "Object",
     "PhotoTexture",
     "Progressive",
     "Recipe",
     "Rig",
+    "Scan",
     "SelfCheck",
     "Sensor",
     "SettingsError",
@@ -86,12 +100,14 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "load_lidar",
     "photo_truth",
     "progressive",
     "render",
     "render_many",
     "sample",
     "save_cameras",
+    "scan",
     "selfcheck",
     "strict",
     "surface_visibility",
@@ -112,6 +128,10 @@ _LAZY_IMPORTS = {
     "texture_from_photos": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
+    "Lidar": "lidar",
+    "Scan": "lidar",
+    "load_lidar": "lidar",
+    "scan": "lidar",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",

@@ -89,6 +89,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "xacro_warning": Code(
+        "xacro printed a warning while it expanded a robot's file.",
+        "Correct the file as the warning says.",
+    ),
     "outside_limits": Code(
         "Joint values of a robot are beyond the limits of its file.",
         "Correct the values, or clamp them with clamp_joints=True.",
@@ -121,9 +125,41 @@ _OWN_NOTICES = {
         "Frames that are compared show different cameras, worlds or regions.",
         "Compare frames of the same camera and world.",
     ),
+    "generic_angles": Code(
+        "A lidar uses the angles of its model, or a substitute pattern, because the unit's own are unknown.",
+        "Load the unit's calibration with raycam.load_lidar.",
+    ),
+    "assumed_reflectance": Code(
+        "Coloured materials have no reflectance at a lidar's wavelength, so their red channel was used.",
+        "Give the materials a red channel that is their reflectance at this wavelength.",
+    ),
+    "empty_scan": Code(
+        "A scan has no points.",
+        "Check the lidar's pose and its limits of range; the notice lists why pulses were lost.",
+    ),
     "preview_light": Code(
         "A frame saved from the live view was lit by the integrator that the message names.",
         "Render it with raycam.render for the light of another integrator.",
+    ),
+    "misplaced_mesh": Code(
+        "The mesh is visible to fewer than half of the cameras.",
+        "Put the mesh into the cameras' coordinates; the message contains the scale that fits best.",
+    ),
+    "inside_out_mesh": Code(
+        "Most rays hit the backs of faces, so both sides of the faces count as visible.",
+        "Flip the mesh's faces.",
+    ),
+    "overlapping_islands": Code(
+        "Several faces share the same texels, because islands of the texture coordinates overlap.",
+        "Unwrap the mesh without overlaps.",
+    ),
+    "coarse_texture": Code(
+        "The photographs show more detail than the texture can hold.",
+        "Use the size that the message contains.",
+    ),
+    "misaligned_photographs": Code(
+        "Photographs are shifted against the others, so their poses or lenses seem to be wrong.",
+        "Improve the poses of the photographs, or remove them.",
     ),
 }
 
@@ -151,6 +187,34 @@ _OWN_ERRORS = {
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
+    ),
+    "photograph_size": Code(
+        "A photograph does not have its camera's size.",
+        "Use the photographs that the cameras belong to, or give their size with --size.",
+    ),
+    "missing_photograph": Code(
+        "A mapping of photographs lacks the name of a camera's photograph.",
+        "Add it, or remove the camera.",
+    ),
+    "missing_texture_coordinates": Code(
+        "The object has no texture coordinates.",
+        "Unwrap it in another program, such as Blender.",
+    ),
+    "invalid_lidar": Code(
+        "The description of a lidar is invalid.",
+        "Use a device of this package, raycam.load_lidar or raycam.Lidar.of.",
+    ),
+    "unsupported_rate": Code(
+        "A lidar does not support this rate.",
+        "Use a supported rate, or pass force_rate=True.",
+    ),
+    "wrong_device": Code(
+        "A calibration or an operation belongs to another lidar.",
+        "Name the device to which the file belongs, or use the file of this device.",
+    ),
+    "unordered_times": Code(
+        "The times of pulses or poses decrease.",
+        "Sort the rows by time.",
     ),
     "missing_dependency": Code(
         "An optional package is not installed.",

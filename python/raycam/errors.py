@@ -15,6 +15,7 @@ __all__ = [
     "Error",
     "FormatError",
     "JobError",
+    "LidarError",
     "Notice",
     "SettingsError",
     "WorldError",
@@ -104,6 +105,12 @@ class CameraError(Error, ValueError):
     """An invalid camera."""
 
     code = "invalid_camera"
+
+
+class LidarError(Error, ValueError):
+    """An invalid lidar: an unknown device, an impossible pattern, or a calibration of another device."""
+
+    code = "invalid_lidar"
 
 
 class FormatError(Error, ValueError):

@@ -37,6 +37,7 @@ class FileResolver:
     ) -> None:
         self.own = Path(os.path.abspath(path)).parent
         self.notices: list[Notice] = []
+        self.folder = None if folder is None else os.path.abspath(folder)
         self._confined = folder is not None
         self.root = find_root(self.own) if folder is None else Path(os.path.abspath(folder))
         if isinstance(packages, str | os.PathLike):
@@ -70,8 +71,15 @@ class FileResolver:
                 f"{scheme}:// names are not supported; download the file and name it relative to the robot"
             )
         if text.startswith("$("):
-            raise Missing("the name contains a xacro expression; expand the file first")
+            raise Missing("the name contains a xacro expression; rename the robot's file to .xacro")
         return self._checked(self.own / text, [self.root, *self.packages])
+
+    def package_folder(self, package: str) -> Path:
+        """Returns the folder of a package; raises `Missing` with the searched folders."""
+        folders = self._package_folders(package)
+        if not folders:
+            raise Missing(f"package {package!r} not found; searched {', '.join(map(str, self._searched()))}")
+        return folders[0]
 
     def _in_package(self, package: str, inner: str) -> Path:
         if not package or package in (".", ".."):

@@ -52,8 +52,7 @@ class _Reader:
         if "xacro" in self._prefixes():
             raise self._error(
                 root,
-                "the file contains xacro expressions, which are not supported; "
-                "expand it first: xacro FILE.xacro > FILE.urdf",
+                "the file contains xacro expressions; rename it to .xacro",
             )
         for element in root.find_all("material"):
             self._add_material(element)

@@ -6,7 +6,6 @@ writes arrays, materials and images into an empty folder. raycam trusts its answ
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import json
 import math
@@ -14,14 +13,12 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import FormatError, SettingsError, WorldError
 from ..io.folders import check_folder
+from ..io.limited_process import describe_status, run_limited
 from .arrays import read_arrays
-
-if TYPE_CHECKING:
-    from subprocess import Popen
 
 __all__ = ["SUFFIXES", "StageContents", "UsdLimits", "read"]
 
@@ -111,11 +108,13 @@ def read(
         "variant": variant,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
-    status, output = _run([*command, json.dumps(limits)], budget.seconds, path)
+    # Pixar's library would also look there for layers.
+    environment = {key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"}
+    status, output = run_limited([*command, json.dumps(limits)], budget.seconds, path, "USD", environment)
     answer = folder / "world.json"
     if not answer.is_file() or status != 0:
         last = output.splitlines()[-1] if output else "it printed no reason"
-        raise FormatError(f"{path}: the process that reads USD failed ({_describe_status(status)}): {last}")
+        raise FormatError(f"{path}: the process that reads USD failed ({describe_status(status)}): {last}")
     return _contents(json.loads(answer.read_text(encoding="utf-8")), folder, path, variant)
 
 
@@ -136,49 +135,3 @@ def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | N
     polygons |= {"names": answer["names"], "materials": answer["materials"]}
     notices = [(code, text) for code, text in answer["notices"]]
     return StageContents(answer["world"], polygons, notices, answer["files"], answer["variants"])
-
-
-def _describe_status(status: int) -> str:
-    import signal
-
-    return f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
-
-
-def _run(command: list[str], seconds: float, path: Path) -> tuple[int, str]:
-    """The exit status of a command and the end of its output; raises `FormatError` if it takes too long."""
-    # Imported here: `import raycam` does not wait for them.
-    import subprocess
-    import tempfile
-
-    with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            # Pixar's library would also look there for layers.
-            env={key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"},
-        )
-        try:
-            status = process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            raise FormatError(
-                f"{path}: not read within {seconds:g} s, the time limit for USD", code="budget_exceeded"
-            ) from None
-        finally:
-            _terminate(process)
-        output.seek(max(0, output.seek(0, os.SEEK_END) - 2000))
-        return status, output.read().decode("utf-8", "replace").strip()
-
-
-def _terminate(process: Popen[bytes]) -> None:
-    """Kills the worker and its child processes (Windows: the worker, which has none)."""
-    import signal
-
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        if hasattr(os, "killpg"):
-            os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
-    process.wait()

@@ -16,6 +16,7 @@ from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
+from ..io.limited_process import apply_rlimits
 from .confinement import Confinement, UsdRejected
 from .images import Images
 from .layers import find_layer_problems, read_unit
@@ -27,26 +28,6 @@ __all__: list[str] = []
 
 MAX_VARIANTS = 20
 """Variants that a notice lists."""
-
-
-def apply_rlimits(memory: int, seconds: float, size: int) -> None:
-    """Limits the resources of this process, on systems that can."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    limits = {
-        resource.RLIMIT_AS: (memory, memory),
-        resource.RLIMIT_CPU: (int(seconds) + 1, int(seconds) + 2),
-        resource.RLIMIT_FSIZE: (size, size),
-        resource.RLIMIT_CORE: (0, 0),
-    }
-    for kind, limit in limits.items():
-        try:
-            resource.setrlimit(kind, limit)
-        except (ValueError, OSError):
-            if sys.platform != "darwin":  # macOS refuses limits of the address space
-                raise
 
 
 @dataclass(frozen=True)

@@ -256,11 +256,12 @@ class Server:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
+        # Before the welcome, which has the camera: it may have the shape of the window.
+        session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None
         session.connection.send({"type": "token", "token": self.token})
         session.greet()
-        session.receive(Size(hello.width, hello.height, hello.ratio))
         self.scheduler.wake()
         return session
 

@@ -119,9 +119,10 @@ class WorldBuilding(WorldContents):
         category: Literal["link", "robot"] = "link",
         missing: Literal["error", "box"] = "error",
         clamp_joints: bool = False,
+        xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a URDF file (.urdf); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro); returns it, as in `robots`.
 
         Every shape of a link becomes an object, named `robot/link`, `robot/link/2`, ..., with the category `link`
         or, with `category="robot"`, the robot's name. `name` is the robot's name (default: as in its file). `joints`
@@ -134,8 +135,11 @@ class WorldBuilding(WorldContents):
         beside its package, or in one of `packages`. With `folder`, nothing outside it is read.
 
         `geometry="collision"` shows collision shapes. `missing="box"` shows collision shapes, or a box of 0.1 m,
-        instead of meshes that cannot be found, with a notice. Raises `FormatError` with lines for a malformed file,
-        and with all missing meshes at once; `WorldError` for a taken name, unknown joints and invalid placement.
+        instead of meshes that cannot be found, with a notice. A xacro file, which requires the `raycam[robots]` extra,
+        is expanded with the arguments `xacro_args`, in a process that reads only these folders.
+
+        Raises `FormatError` with lines for a malformed file, and with all missing meshes at once; `WorldError` for a
+        taken name, unknown joints and invalid placement.
         """
         files = FileResolver(Path(path), folder, packages)
         if name is not None and (not isinstance(name, str) or not name):
@@ -150,6 +154,7 @@ class WorldBuilding(WorldContents):
                 geometry=geometry,
                 category=category,
                 missing=missing,
+                xacro_args=xacro_args,
             )
             self._core.set_notices([*self._core.notices, *notices])
         self._robots[robot.name] = robot

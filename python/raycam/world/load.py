@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -38,8 +38,9 @@ def load(
     time: float | None = None,
     up: Literal["z", "y"] | None = None,
     packages: Iterable[str | os.PathLike[str]] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf).
+    """Loads a world file (.toml), glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro).
 
     `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
     to its end. The content determines the file type of bytes and of files without a known extension; if it is
@@ -71,13 +72,14 @@ def load(
     and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
 
     A robot (.urdf) stands at the origin with its joints at zero, or at the limit that is nearest to zero; see
-    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched.
+    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
+    `xacro_args` are arguments of a xacro file.
 
     Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of other files than meshes,
     `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
     an invalid description, each with file, line and key.
     """
-    options = _Options(variant, texture_memory, time, up, scale_factor(scale, units))
+    options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args)
     if not isinstance(source, str | os.PathLike):
         data = read_bytes(source)
         return _load_bytes(data, kind_suffix(kind, data), options)
@@ -98,6 +100,7 @@ class _Options(NamedTuple):
     up: Literal["z", "y"] | None
     scale: float | None
     """Factor of a mesh file's coordinates."""
+    xacro_args: Mapping[str, str] | None
 
 
 def _load_path(
@@ -109,6 +112,8 @@ def _load_path(
     """The world of a file."""
     check_exists(path)
     suffix = path_suffix(path)
+    if options.xacro_args and suffix != ".xacro":
+        raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
     if options.scale is not None:
         with open(path, "rb") as file:
             check_scalable(os.fspath(path), suffix, file.read(HEAD_BYTES))
@@ -118,9 +123,7 @@ def _load_path(
         core, variants = load_usd(path, options.texture_memory, folder, options.time, options.variant)
         return _finished(World._of(core, variants), path, options._replace(variant=None))
     if is_robot(path):
-        return _load_robot(
-            path, options.variant, options.texture_memory, folder, options.time, options.up, packages
-        )
+        return _load_robot(path, folder, packages, options)
     _check_time(path, options.time)
     if folder is not None:
         check_folder(path, folder)
@@ -201,18 +204,15 @@ def _with_robots(
 
 def _load_robot(
     path: str | os.PathLike[str],
-    variant: str | None,
-    texture_memory: int | str | None,
     folder: str | os.PathLike[str] | None,
-    time: float | None,
-    up: Literal["z", "y"] | None,
     packages: Iterable[str | os.PathLike[str]],
+    options: _Options,
 ) -> World:
     """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
-    for name, value in (("variant", variant), ("time", time)):
+    for name, value in (("variant", options.variant), ("time", options.time)):
         if value is not None:
             raise SettingsError(f"{os.fspath(path)}: {name}= is not supported for robots")
-    if up == "y":
+    if options.up == "y":
         raise SettingsError(
             f"{os.fspath(path)}: robots are z up; add one to a y-up world with World('y').add_robot"
         )
@@ -220,9 +220,9 @@ def _load_robot(
         check_folder(path, folder)
     world = World(
         folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
-        texture_memory=texture_memory,
+        texture_memory=options.texture_memory,
     )
-    world.add_robot(path, folder=folder, packages=packages)
+    world.add_robot(path, folder=folder, packages=packages, xacro_args=options.xacro_args)
     return world
 
 

@@ -46,6 +46,7 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[robots.Robot, list[Notice]]:
     """Adds a robot's shapes to a world at its zero; returns the robot and notices.
 
@@ -54,7 +55,7 @@ def place_robot(
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
     one_of("category", category, ["link", "robot"])
-    description = robots.read_robot(path, files)
+    description = robots.read_robot(path, files, xacro_args)
     robot = robots.Robot.at_zero(
         description.name if name is None else name, description, _pose(world, placement)
     )

@@ -28,6 +28,8 @@ THIRD_PARTY_PYTHON = {
     "dask",
     "distributed",
     "collada",
+    "xacro",
+    "yaml",
     "mujoco",
     "pxr",
     "cairosvg",
@@ -39,7 +41,7 @@ THIRD_PARTY_PYTHON = {
     "websockets",
 }
 # Imported late as a whole, so that they may import at the top what is slow to import.
-IMPORTED_LATE = ("usd/", "cluster/dask_worker.py")
+IMPORTED_LATE = ("usd/", "robots/xacro_worker.py", "cluster/dask_worker.py")
 
 
 def manifest(root: Path, crate: str) -> dict[str, object]:

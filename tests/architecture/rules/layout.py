@@ -39,7 +39,7 @@ ORDER = {
     """,
     "python": """
         errors codes notices progress arguments srgb read_only _serialization io camera sensors/sensor rig usd robots
-        world calibration reference render sensors annotations
+        world calibration reference render sensors lidar annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
         __main__ __init__ compat
@@ -49,6 +49,7 @@ ORDER = {
 DELEGATIONS = {
     "camera/camera.py": {"render/render.py", "robots/mounted.py", "robots/robot.py", "world/world.py"},
     "sensors/sensor.py": {"world/world.py"},
+    "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},
 }

@@ -60,6 +60,7 @@ export const KEYS = [
   { keys: ["R"], command: "tool turn", does: "show or hide handles that turn the selected object", live: true },
   { keys: ["S"], command: "tool scale", does: "show or hide handles that scale the selected object", live: true },
   { keys: ["L"], command: "integrator", does: "switch between direct light and path tracing", live: true },
+  { keys: ["I"], command: "copy-link", does: "copy a link to this view: camera, channel, time and held pixel", live: true },
   { keys: ["H"], command: "panel", does: "show or hide the properties" },
   { keys: ["?"], command: "help", does: "show the keys" },
   { keys: ["Escape"], command: "leave", does: "release the held pixel, close a message or a dialog" },

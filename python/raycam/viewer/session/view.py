@@ -490,4 +490,5 @@ def lens_of(camera: Camera) -> dict[str, Any]:
         **{"fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2]},
         "distortion": coefficients,
         "names": names[: len(coefficients)],
+        **{"size": list(camera.size), "corner": camera.corner},
     }

@@ -87,7 +87,7 @@ export function buildCrossings(fig) {
     const on = [0, 1, 2].filter((i) => minus(flat[i], f)[0] * u[1] === minus(flat[i], f)[1] * u[0]).map((i) => "abc"[i]);
     if (on.length) lines.push([`u passes exactly through ${on.join(" and ")}, which counts as right of u`]);
     const sum = crossed.slice(0, step).filter(Boolean).length;
-    return [[["u", `u = g − f(t) = ${tuple(u.slice(0, 2))}`]], ...lines, [step < 3 ? `${sum} crossings so far` : `${crossings} ${crossings === 1 ? "crossing" : "crossings"}: ${crossings % 2 ? "odd" : "even"}, f(t) is ${inside ? "inside" : "outside"}`]];
+    return [[["u", `u = g − f(t) = ${tuple(u.slice(0, 2))}`]], ...lines, [step < 3 ? `${sum} ${sum === 1 ? "crossing" : "crossings"} so far` : `${crossings} ${crossings === 1 ? "crossing" : "crossings"}: ${crossings % 2 ? "odd" : "even"}, f(t) is ${inside ? "inside" : "outside"}`]];
   });
 }
 
@@ -119,7 +119,7 @@ export function buildClosest(fig) {
     const tried = all().slice(0, step);
     const best = closestOf(tried);
     const lines = tried.filter(({ t }) => t > 0).sort((a, b) => a.t - b.t).filter(({ inside }, i) => inside || i < 2)
-      .map(({ index, t, inside, crossings }) => [["t", `t = ${fixed(t, 4)}`], `   ${shared.names[index]}: ${crossings} crossings, ${inside ? (index === best?.index ? "the closest hit" : "a hit, but farther") : "outside"}`]);
+      .map(({ index, t, inside, crossings }) => [["t", `t = ${fixed(t, 4)}`], `   ${shared.names[index]}: ${crossings} ${crossings === 1 ? "crossing" : "crossings"}, ${inside ? (index === best?.index ? "the closest hit" : "a hit, but farther") : "outside"}`]);
     return /** @type {(string | [string, string])[][]} */ ([[`${tried.length} of ${last()} triangles tried; the pixel shows ${best ? shared.names[best.index] : "the background"}`], ...lines.slice(0, 5)]);
   });
 }

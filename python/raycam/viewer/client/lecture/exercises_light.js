@@ -6,14 +6,14 @@ import { areClose } from "./answers.js";
 export const LIGHT_EXERCISES = [
   {
     id: "bulb",
-    title: "A bulb is 2 m away from a point on a surface. The angle θ between the normal and the direction to the bulb is 60°. What is the irradiance E?",
+    title: "A bulb is 3 m away from a point on a surface. The angle θ between the normal and the direction to the bulb is 60°. What is the irradiance E?",
     asked: ["E (W/m²)"],
-    given: () => ["I = 14 W/sr, d = 2, cos 60° = 0.5"],
-    answer: () => [1.75],
+    given: () => ["I = 18 W/sr, d = 3 m, cos 60° = 0.5"],
+    answer: () => [1],
     hint: ([value]) => {
-      if (areClose([value], [3.5])) return "The factor cos θ is missing.";
-      if (areClose([value], [3.5 * 2])) return "Divide by the square of the distance, and multiply by cos θ.";
-      if (areClose([value], [14 * 0.5 / 2])) return "Divide by the square of the distance, not by the distance.";
+      if (areClose([value], [2])) return "The factor cos θ is missing.";
+      if (areClose([value], [6])) return "Divide by the square of the distance, and multiply by cos θ.";
+      if (areClose([value], [3])) return "Divide by the square of the distance, not by the distance.";
       return "E = I cos θ / d².";
     },
   },

@@ -3,7 +3,7 @@
 import { byId, element, numbersOf } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
-/** @typedef {{ model: string, fx: number, fy: number, cx: number, cy: number, distortion: number[], names: string[] }} Lens */
+/** @typedef {{ model: string, fx: number, fy: number, cx: number, cy: number, distortion: number[], names: string[], size: number[], corner: number }} Lens */
 
 /** The least and the largest numbers, as the server takes them. */
 const FOCALS = ["0.001", "1e7"], PLACES = ["-1e7", "1e7"], COEFFICIENTS = ["-1e6", "1e6"];

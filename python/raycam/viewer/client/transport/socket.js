@@ -17,14 +17,18 @@ const OTHER_TOKEN =
   "picture and its values stay.";
 const NEW_SESSION = "The server is back, with a new session: its world, camera and exposure begin anew. Saved files stay.";
 
-/** Takes the token out of the address, where others could read it, and keeps it for reloads of this tab. */
-function takeToken() {
-  const given = new URLSearchParams(location.hash.slice(1)).get("t");
+/**
+ * Takes the token out of the address, where others could read it, and keeps it for reloads of this tab.
+ * @returns {{ token: string | null, link: string | null }} the token, and the text of a link (link.js)
+ */
+function takeFragment() {
+  const fragment = new URLSearchParams(location.hash.slice(1));
+  const given = fragment.get("t");
   if (given) {
     history.replaceState(null, "", location.pathname);
     sessionStorage.setItem("raycam-token", given);
   }
-  return given || sessionStorage.getItem("raycam-token");
+  return { token: given || sessionStorage.getItem("raycam-token"), link: fragment.get("v") };
 }
 
 export class SocketTransport {
@@ -32,7 +36,10 @@ export class SocketTransport {
   constructor(size) {
     this.live = true;
     this.size = size;
-    this.token = takeToken();
+    const { token, link } = takeFragment();
+    this.token = token;
+    /** The text of the link that this page was opened with, until it was followed. */
+    this.link = link;
     // A new address of the same port in this tab changes the fragment alone.
     addEventListener("hashchange", () => location.hash && location.reload());
     this.session = "";
@@ -50,6 +57,11 @@ export class SocketTransport {
     this.say = say;
     if (this.token) this.connect();
     else say({ type: "error", text: "This address lacks its token: open the address that raycam printed." });
+  }
+
+  /** @param {string} text of a link @returns {string} the address that shows the same in another browser */
+  addressOf(text) {
+    return `${location.origin}${location.pathname}#t=${this.token}&v=${text}`;
   }
 
   connect() {

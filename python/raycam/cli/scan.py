@@ -1,0 +1,108 @@
+"""The command `raycam scan`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import SettingsError
+from .options.command import Command
+from .options.lidars import find_lidar
+from .options.messages import print_notices
+from .options.worlds import add_world, load_world, parse_animation
+
+if TYPE_CHECKING:
+    from ..lidar import Lidar
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    add_world(command)
+    command.add_argument(
+        "--lidar",
+        metavar="NAME|FILE",
+        required=True,
+        help="device by name (raycam lidars lists them), or the calibration file of a unit",
+    )
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="output: .pcd .ply .npz .csv .las .pcap or KITTI's .bin (default: the world's name with .pcd)",
+    )
+    command.add_argument(
+        "--fields",
+        metavar="NAME",
+        nargs="+",
+        help="fields to write in addition to the position, such as intensity ring time instance",
+    )
+    pose = command.add_argument_group("pose")
+    pose.add_argument(
+        "--location",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        type=float,
+        default=(0.0, 0.0, 0.0),
+        help="position of the lidar in the world (default: 0 0 0)",
+    )
+    for name, text in (
+        ("yaw", "turn to the left, seen from above"),
+        ("pitch", "turn downwards"),
+        ("roll", "turn to the right, seen from behind"),
+    ):
+        pose.add_argument(
+            f"--{name}", metavar="DEGREES", type=float, default=0.0, help=f"{text} (default: 0)"
+        )
+    settings = command.add_argument_group("lidar settings")
+    settings.add_argument("--rate", metavar="HZ", type=float, help="frames per second")
+    settings.add_argument("--returns", metavar="MODE", help="first, last, strongest, dual or all")
+    settings.add_argument(
+        "--beam-samples", metavar="N", type=int, help="rays per pulse: 1 (default), 7, 19 or 37"
+    )
+    settings.add_argument(
+        "--no-noise", dest="noise", action="store_const", const=False, help="omit noise and rounding"
+    )
+    settings.add_argument("--seed", metavar="N", type=int, help="seed of the noise (default: 0)")
+    command.add_argument("--frame", metavar="N", type=int, default=0, help="number of the frame (default: 0)")
+    command.add_argument(
+        "--in-world", action="store_true", help="write points in world coordinates instead of the sensor's"
+    )
+    command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
+    command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
+    command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from ..lidar import scan
+    from ..lidar.files.save import check_extension
+    from ..notices import collected
+
+    output = options.output or f"{Path(options.world).stem}.pcd"
+    check_extension(Path(output).suffix)
+    if options.animation is not None and options.at is None:
+        raise SettingsError("--animation requires --at SECONDS", code="missing_value")
+    names = ("rate", "returns", "beam_samples", "noise", "seed")
+    given: dict[str, Any] = {name: getattr(options, name) for name in names}
+    settings = {name: value for name, value in given.items() if value is not None}
+    world = load_world(options)
+    lidar: Lidar = find_lidar(options.lidar, settings, world.up)
+    lidar = lidar.placed(options.location, options.roll, options.pitch, options.yaw)
+    if options.at is not None:
+        world = world.at(options.at, parse_animation(world, options.animation))
+    with collected() as notices:
+        result = scan(world, lidar, frame=options.frame, threads=options.threads)
+    print_notices(notices)
+    result.save(output, fields=options.fields, in_world=options.in_world)
+    print(f"{output}: {result.count} points of {len(result.pattern)} pulses, {lidar.title}")
+
+
+COMMAND = Command(
+    _add,
+    "scan a world with a lidar and write the points",
+    [
+        "raycam scan spot.glb --lidar vlp16 --location -2 0 0.5 -o spot.pcd",
+        "raycam scan drive.toml --lidar os1-128.json --at 2.0 --location 0 0 1.8 --yaw 90 -o scan.las",
+        "raycam scan drive.toml --lidar vlp16 -o scan.pcd --fields intensity ring time instance",
+    ],
+)

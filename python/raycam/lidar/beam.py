@@ -1,0 +1,90 @@
+"""The beam: an elliptical Gaussian, sampled by rays on a hexagonal set."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..arguments import Floats
+from .pattern import cosines, sines
+
+__all__ = ["beam_rays", "hexagonal_set"]
+
+
+def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
+    """Returns points [k, 2] in radii of the beam at 1/e², the centre first, and their weights [k], all 1 / k.
+
+    Points have the angles of a hexagonal lattice. The points of a shell stand for an annulus with their share of the
+    energy of the Gaussian exp(-2 r²), at its mean of r², so that the mean of r² over all points is the Gaussian's, 1/2.
+    """
+    rings = {1: 0, 7: 1, 19: 2, 37: 3}[samples]
+    points = [
+        (a + b / 2.0, b * math.sqrt(3.0) / 2.0)
+        for a in range(-rings, rings + 1)
+        for b in range(-rings, rings + 1)
+        if abs(a + b) <= rings
+    ]
+    points.sort(key=lambda point: (round(math.hypot(*point), 9), math.atan2(point[1], point[0])))
+    shells: dict[float, list[tuple[float, float]]] = {}
+    for point in points[1:]:
+        shells.setdefault(round(math.hypot(*point), 9), []).append(point)
+    places, inside = [(0.0, 0.0)], 1
+    for radius, shell in shells.items():
+        share, end = inside / samples, (inside + len(shell)) / samples
+        mean = (_moment(end) - _moment(share)) / (end - share) / 2.0
+        # The centre stands at r = 0 for a disc whose r² is not 0; the first shell makes up for it.
+        if inside == 1:
+            mean += _moment(share) / 2.0 / (end - share)
+        places += [(x / radius * math.sqrt(mean), y / radius * math.sqrt(mean)) for x, y in shell]
+        inside += len(shell)
+    return np.array(places), np.full(samples, 1.0 / samples)
+
+
+def _moment(share: float) -> float:
+    """Returns the integral of -ln(1 - u) from 0 to `share`."""
+    rest = 1.0 - share
+    return share + (rest * math.log(rest) if rest > 1e-12 else 0.0)
+
+
+def beam_rays(
+    origins: Floats,
+    directions: Floats,
+    width: tuple[float, float],
+    divergence: tuple[float, float],
+    samples: int,
+    turns: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Returns origins and directions [n, k, 3] of the rays of beams along `directions` [n, 3], and weights [k].
+
+    `turns` [n], from 0 to 1, turn the set about each beam's axis against moiré. The beam's horizontal axis is
+    perpendicular to z.
+    """
+    places, weights = hexagonal_set(samples)
+    if samples == 1:
+        return origins[:, None], directions[:, None], weights
+    flat = np.sqrt(directions[:, 0] ** 2 + directions[:, 1] ** 2)
+    steep = flat < 1e-9
+    safe = np.where(steep, 1.0, flat)
+    zero = np.zeros_like(flat)
+    side = np.stack(
+        [np.where(steep, 0.0, -directions[:, 1] / safe), np.where(steep, 1.0, directions[:, 0] / safe), zero],
+        1,
+    )
+    above = np.cross(directions, side)
+    angles = (2.0 * math.pi * turns).tolist()
+    c, s = cosines(angles)[:, None], sines(angles)[:, None]
+    u, v = c * places[:, 0] - s * places[:, 1], s * places[:, 0] + c * places[:, 1]
+    half_tan = [math.tan(angle / 2.0) for angle in divergence]
+    starts = (
+        origins[:, None]
+        + (u * width[0] / 2.0)[..., None] * side[:, None]
+        + (v * width[1] / 2.0)[..., None] * above[:, None]
+    )
+    ways = (
+        directions[:, None]
+        + (u * half_tan[0])[..., None] * side[:, None]
+        + (v * half_tan[1])[..., None] * above[:, None]
+    )
+    ways /= np.sqrt((ways**2).sum(axis=-1, keepdims=True))
+    return starts, ways, weights

@@ -1,0 +1,153 @@
+"""Echoes: the local maxima of the waveform of each pulse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from .paths import Contributions
+
+__all__ = ["Echoes", "find_echoes"]
+
+FWHM_TO_SIGMA = 1.0 / (2.0 * np.sqrt(2.0 * np.log(2.0)))
+APART = 8.0
+"""Gaps in standard deviations of the pulse across which surfaces do not change each other's maxima."""
+MERGED = 2.0
+"""Surfaces within this many standard deviations have a single maximum."""
+BLOCK = 1 << 21
+"""Numbers that are worked on at a time."""
+
+
+@dataclass
+class Echoes:
+    """The echoes of all pulses, ordered by pulse and distance; [e] each."""
+
+    pulse: npt.NDArray[np.int64]
+    length: Floats
+    """Position of the maximum: half the optical length, in metres."""
+    energy: Floats
+    """Sum of the contributions that belong to the maximum."""
+    main: npt.NDArray[np.int64]
+    """Of the surface with most of the energy, the contribution with most of it."""
+    purity: npt.NDArray[np.float32]
+    """The share of that surface (an object, over the same number of bounces)."""
+
+
+def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
+    """Returns the local maxima of the sum of energy * g(r - length), g a Gaussian of the pulse's length.
+
+    `pulse_length` is the pulse's full width at half maximum in metres of distance; 0: each surface is an echo.
+    """
+    order = np.lexsort((found.length, found.pulse))
+    pulse, length = found.pulse[order], found.length[order]
+    weight = np.maximum(found.energy[order], 1e-300)
+    sigma = pulse_length * FWHM_TO_SIGMA
+    same = pulse[1:] == pulse[:-1]
+    gap = np.diff(length)
+    limit = APART * sigma
+    cluster = np.concatenate([[0], np.cumsum(~(same & (gap <= limit)))]) if len(pulse) else np.zeros(0, int)
+    mode = _modes(cluster, length, weight, sigma) if sigma > 0.0 else length
+    key = np.round(mode / max(sigma * 1e-3, 1e-9))
+    ordered = np.lexsort((key, cluster))
+    new = np.ones(len(ordered), bool)
+    new[1:] = (cluster[ordered][1:] != cluster[ordered][:-1]) | (
+        np.abs(np.diff(mode[ordered])) > 1e-3 * sigma
+    )
+    number = np.empty(len(ordered), np.int64)
+    number[ordered] = np.cumsum(new) - 1
+    return _grouped(found, order, number, mode, pulse)
+
+
+def _grouped(
+    found: Contributions,
+    order: npt.NDArray[Any],
+    number: npt.NDArray[np.int64],
+    mode: Floats,
+    pulse: npt.NDArray[np.int64],
+) -> Echoes:
+    """Sums contributions by their echo's number and chooses each echo's main surface."""
+    count = int(number.max()) + 1 if len(number) else 0
+    energy = found.energy[order]
+    total = np.bincount(number, energy, count).astype(float)
+    surface = np.stack([found.fields["instance"][order], found.bounces[order]], axis=1)
+    by_surface = np.lexsort((surface[:, 1], surface[:, 0], number))
+    changed = np.ones(len(by_surface), bool)
+    changed[1:] = (np.diff(number[by_surface]) != 0) | (np.diff(surface[by_surface], axis=0) != 0).any(axis=1)
+    group = np.cumsum(changed) - 1
+    shares = np.bincount(group, energy[by_surface]) if len(group) else np.zeros(0)
+    of_row = np.empty(len(by_surface), np.int64)
+    of_row[by_surface] = group
+    best = np.lexsort((order, -energy, -shares[of_row] if len(group) else energy, number))
+    leader = np.ones(len(best), bool)
+    leader[1:] = np.diff(number[best]) != 0
+    main = best[leader]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        purity = np.where(total > 0.0, shares[of_row[main]] / total, 1.0) if count else np.zeros(0)
+    arrange = np.lexsort((mode[main], pulse[main]))
+    main = main[arrange]
+    return Echoes(pulse[main], mode[main], total[arrange], order[main], purity[arrange].astype(np.float32))
+
+
+def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma: float) -> Floats:
+    """Returns for each contribution the maximum to which its cluster's waveform rises from there."""
+    starts = (
+        np.flatnonzero(np.concatenate([[True], np.diff(cluster) != 0])) if len(cluster) else np.zeros(0, int)
+    )
+    sizes = np.diff(np.concatenate([starts, [len(cluster)]]))
+    ends = starts + sizes - 1
+    mode = length.copy()
+    for size in np.unique(sizes[sizes > 1]):
+        chosen = np.flatnonzero(sizes == size)
+        for block in np.array_split(chosen, max(1, len(chosen) * int(size) ** 2 // BLOCK)):
+            rows = starts[block][:, None] + np.arange(size)
+            near = length[ends[block]] - length[starts[block]] <= MERGED * sigma
+            places, shares = length[rows], weight[rows]
+            shares = shares / shares.max(axis=1, keepdims=True)
+            single = np.flatnonzero(near)
+            if len(single):
+                mean = (places[single] * shares[single]).sum(axis=1) / shares[single].sum(axis=1)
+                top = _climb(mean, places[single], shares[single], sigma)
+                mode[rows[single]] = top[:, None]
+            several = np.flatnonzero(~near)
+            if len(several):
+                begin = places[several].reshape(-1)
+                repeated = np.repeat(np.arange(len(several)), size)
+                top = _climb(begin, places[several][repeated], shares[several][repeated], sigma)
+                mode[rows[several].reshape(-1)] = top
+    return mode
+
+
+def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
+    """Returns the maxima above the starts `at` [n] of sums of Gaussians at `places` [n, m] with `shares` [n, m].
+
+    Mean shift, which only rises, until a step is below a thousandth of sigma and the sum curves downwards; then
+    Newton's method. On a slope without a maximum, steps become small, but the sum curves upwards around them.
+    """
+    at = at.copy()
+    active = np.arange(len(at))
+    for _ in range(5000):
+        step, spread = _shift(at[active], places[active], shares[active], sigma)
+        at[active] += step
+        size, flat = np.abs(step), spread > 0.95 * sigma**2
+        active = active[(size > 1e-3 * sigma) | (flat & (size > 1e-7 * sigma))]
+        if not len(active):
+            break
+    for _ in range(8):
+        step, spread = _shift(at, places, shares, sigma)
+        slope = 1.0 - spread / sigma**2
+        at += np.where(slope > 0.05, np.divide(step, slope, out=step.copy(), where=slope > 0.05), step)
+    return at
+
+
+def _shift(at: Floats, places: Floats, shares: Floats, sigma: float) -> tuple[Floats, Floats]:
+    """Returns the mean of `places` as seen from `at`, less `at`, and their variance."""
+    apart = places - at[:, None]
+    seen = shares * np.exp(-0.5 * (apart / sigma) ** 2)
+    total = np.maximum(seen.sum(axis=1), 1e-300)
+    mean = (seen * apart).sum(axis=1) / total
+    variance = (seen * (apart - mean[:, None]) ** 2).sum(axis=1) / total
+    return mean, variance

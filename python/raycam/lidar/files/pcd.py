@@ -1,0 +1,34 @@
+"""PCD 0.7, binary. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy.typing as npt
+
+from .records import point_records
+
+__all__ = ["pcd_bytes"]
+
+LETTERS = {"f": "F", "i": "I", "u": "U", "b": "U"}
+
+
+def pcd_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+    """Returns the file's bytes; x, y and z are float32, other fields have their own types."""
+    records = point_records(arrays)
+    names = records.dtype.names or ()
+    kinds = [records.dtype[name] for name in names]
+    lines = [
+        "# .PCD v0.7 - Point Cloud Data file format",
+        "VERSION 0.7",
+        f"FIELDS {' '.join(names)}",
+        f"SIZE {' '.join(str(kind.itemsize) for kind in kinds)}",
+        f"TYPE {' '.join(LETTERS[kind.kind] for kind in kinds)}",
+        f"COUNT {' '.join('1' for _ in names)}",
+        f"WIDTH {len(records)}",
+        "HEIGHT 1",
+        "VIEWPOINT 0 0 0 1 0 0 0",
+        f"POINTS {len(records)}",
+        "DATA binary",
+    ]
+    return "\n".join(lines).encode() + b"\n" + records.tobytes()

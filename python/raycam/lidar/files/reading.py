@@ -1,0 +1,70 @@
+"""Help for readers of calibrations: numbers with file and line, and the device that a file belongs to."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from ...errors import LidarError
+from ..device import device_description
+
+__all__ = ["base_description", "finite", "read_text"]
+
+
+def read_text(path: Path) -> str:
+    """Returns the text of a file; raises `LidarError` if it is not UTF-8."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise LidarError(
+            f"{path}: not a text file (byte {fault.start} is not UTF-8)", code="syntax"
+        ) from None
+
+
+def finite(text: object, where: str) -> float:
+    """Returns a finite number; raises `LidarError` with `where` (file, line and key)."""
+    try:
+        value = float(text)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise LidarError(f"{where}: expected a number, got {text!r}", code="wrong_type") from None
+    if not math.isfinite(value):
+        raise LidarError(f"{where}: expected a finite number, got {text!r}", code="out_of_range")
+    return value
+
+
+def base_description(
+    path: Path, device: str | None, family: str, lasers: int, by_lasers: dict[int, str]
+) -> dict[str, Any]:
+    """Returns the description of the device that a calibration of `lasers` lasers belongs to, without generic marks.
+
+    Raises `LidarError` if `device` has another family or another number of lasers, or if none has so many.
+    """
+    name = device or by_lasers.get(lasers)
+    if name is None:
+        counts = ", ".join(str(count) for count in sorted(by_lasers))
+        raise LidarError(
+            f"{path}: {lasers} lasers; known {family} devices have {counts}", code="wrong_device"
+        )
+    description = device_description(name)
+    if description["family"] != family:
+        raise LidarError(
+            f"{path}: this is a calibration of a {family} device, but {name} is not one", code="wrong_device"
+        )
+    own = laser_count(description)
+    if own != lasers:
+        raise LidarError(
+            f"{path}: this calibration has {lasers} lasers, but {name} has {own}", code="wrong_device"
+        )
+    description.pop("generic", None)
+    description["title"] = f"{description['title']}, {path.name}"
+    return description
+
+
+def laser_count(description: dict[str, Any]) -> int:
+    """Returns the number of lasers of a device."""
+    table = description[description["family"]]
+    for name in ("beam_altitude_angles", "elevations", "lasers"):
+        if name in table:
+            return len(table[name])
+    return 1

@@ -1,0 +1,99 @@
+"""Saving scans: the format by the file's extension, and the fields that its readers expect."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import LidarError, nearest
+from ...io.atomic_files import write
+from ...io.npz import npz_bytes
+from .csv import csv_bytes
+from .las import las_bytes
+from .pcd import pcd_bytes
+from .ply import ply_bytes
+
+__all__ = ["FORMATS", "save_scan"]
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+CLOUD_FIELDS = ("intensity", "ring", "time", "return", "instance", "category")
+
+
+def kitti_bytes(arrays: Arrays) -> bytes:
+    """Returns KITTI's .bin: x, y, z and intensity from 0 to 1, float32 [n, 4]. Source: KITTI's devkit."""
+    reflectance = arrays["intensity"].astype(np.float32) / np.float32(255.0)
+    rows = np.concatenate([arrays["position"].astype("<f4"), reflectance[:, None]], axis=1)
+    return rows.astype("<f4").tobytes()
+
+
+FORMATS: dict[str, tuple[Callable[[Arrays], bytes], tuple[str, ...] | None]] = {
+    ".pcd": (pcd_bytes, CLOUD_FIELDS),
+    ".ply": (ply_bytes, CLOUD_FIELDS),
+    ".csv": (csv_bytes, CLOUD_FIELDS),
+    ".las": (las_bytes, ("intensity", "return", "returns", "time", "instance", "category", "ring")),
+    ".bin": (kitti_bytes, ("intensity",)),
+    ".npz": (npz_bytes, None),
+}
+"""The writer of each extension, and the fields besides the position; None: all."""
+
+
+def save_scan(
+    columns: Mapping[str, npt.NDArray[Any]],
+    position: npt.NDArray[Any],
+    path: str | os.PathLike[str],
+    fields: Iterable[str] | None,
+) -> None:
+    """Writes a scan's fields with the points `position` [n, 3]; see `Scan.save`."""
+    write(path, encode_scan(columns, position, Path(path).suffix, fields))
+
+
+def check_extension(extension: str) -> None:
+    """Raises `LidarError` if `extension`, such as ".pcd", belongs to no format of point clouds."""
+    known = [*FORMATS, ".pcap"]
+    if extension.lower() not in known:
+        raise LidarError(nearest("extension of a point cloud", extension, known), code="unknown_format")
+
+
+def encode_scan(
+    columns: Mapping[str, npt.NDArray[Any]],
+    position: npt.NDArray[Any],
+    extension: str,
+    fields: Iterable[str] | None = None,
+) -> bytes:
+    """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd"."""
+    check_extension(extension)
+    write, defaults = FORMATS[extension.lower()]
+    chosen = _chosen(columns, extension, fields, defaults)
+    rows = slice(None) if extension.lower() == ".npz" else columns["lost"] == 0
+    return write({"position": position[rows], **{name: columns[name][rows] for name in chosen}})
+
+
+def _chosen(
+    columns: Mapping[str, npt.NDArray[Any]],
+    extension: str,
+    fields: Iterable[str] | None,
+    defaults: tuple[str, ...] | None,
+) -> list[str]:
+    if fields is None:
+        return list(defaults if defaults is not None else (name for name in columns if name != "position"))
+    if isinstance(fields, str):
+        raise LidarError(f"fields must be several names, not the string {fields!r}", code="wrong_type")
+    names = [name for name in fields if name != "position"]
+    for name in names:
+        if name not in columns:
+            raise LidarError(nearest("field of a scan", name, list(columns)), code="unknown_name")
+    if extension.lower() == ".bin" and names != ["intensity"]:
+        raise LidarError(
+            f"KITTI's .bin has position and intensity only; fields given: {', '.join(names)}",
+            code="cannot_write",
+        )
+    if extension.lower() == ".las":
+        needed = [name for name in ("intensity", "return", "returns", "time") if name not in names]
+        names = [*needed, *names]
+    return names

@@ -1,0 +1,153 @@
+"""Tables of pulses: CSV with time, azimuth and elevation or zenith, and arrays of NumPy."""
+
+from __future__ import annotations
+
+import math
+import re
+import zipfile
+import zlib
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import LidarError
+from ..lidar import Lidar
+from .reading import finite, read_text
+
+__all__ = ["read_table"]
+
+ARRAYS = ("directions", "times", "rings", "origins")
+MAX_ROWS = 1 << 22
+"""The largest number of pulses of a table."""
+MAX_ARRAY_BYTES = MAX_ROWS * 24
+"""The largest array, in bytes."""
+
+
+def read_table(path: Path, device: str | None) -> dict[str, Any]:
+    """Returns the description of a table of pulses; `device` supplies the other numbers, if given."""
+    read = _read_arrays if path.suffix.lower() in (".npy", ".npz") else _read_text_table
+    arrays = read(path)
+    try:
+        description = Lidar.of(**arrays, name=path.stem)._description
+    except LidarError as fault:
+        raise LidarError(f"{path}: {fault}", code=fault.code) from None
+    if device is not None:
+        from ..device import device_description
+
+        numbers = device_description(device)
+        own = numbers.pop("family")
+        numbers.pop(own)
+        numbers.pop("generic", None)
+        description = {**numbers, "family": "table", "table": description["table"]}
+    return description
+
+
+def _read_arrays(path: Path) -> dict[str, Any]:
+    try:
+        if path.suffix.lower() == ".npy":
+            with path.open("rb") as file:
+                return {"directions": _read_array(path, file, path.stat().st_size)}
+        with zipfile.ZipFile(path) as archive:
+            members = {item.filename.removesuffix(".npy"): item for item in archive.infolist()}
+            if not {"directions"} <= members.keys() <= set(ARRAYS):
+                raise LidarError(
+                    f"{path}: arrays {', '.join(members)}; expected directions, and optionally times, rings, origins",
+                    code="wrong_shape",
+                )
+            arrays = {}
+            for name, item in members.items():
+                with archive.open(item) as member:
+                    arrays[name] = _read_array(path, member, item.file_size)
+            return arrays
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as fault:
+        if isinstance(fault, LidarError):
+            raise
+        raise LidarError(f"{path}: not a file of NumPy arrays: {fault}", code="syntax") from None
+
+
+def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
+    """Reads an array of numbers whose declared size is compared with the `size` of its file before it is read."""
+    version = np.lib.format.read_magic(stream)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"version {version} of the format")
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, is_fortran, kind = read(stream)
+    if kind.kind not in "fiu":
+        raise ValueError(f"an array of {kind}, which are not numbers")
+    need = math.prod(shape) * kind.itemsize
+    if need > size:
+        raise ValueError(f"an array of {need} bytes in a file of {size}")
+    if need > MAX_ARRAY_BYTES or (len(shape) > 0 and shape[0] > MAX_ROWS):
+        raise LidarError(
+            f"{path}: an array of shape {list(shape)}; limit: {MAX_ROWS} rows", code="budget_exceeded"
+        )
+    data = stream.read(need)
+    return np.frombuffer(data, kind).reshape(shape, order="F" if is_fortran else "C")
+
+
+def _read_text_table(path: Path) -> dict[str, Any]:
+    """Reads columns by their header: time (s), azimuth (degrees), and elevation or zenith (degrees), and ring."""
+    lines = read_text(path).splitlines()
+    if not lines:
+        raise LidarError(f"{path}: the file is empty", code="missing_value")
+    names = [name.strip().lower() for name in re.split(r"[,;\t]", lines[0])]
+
+    def column(*words: str) -> int | None:
+        return next(
+            (i for i, name in enumerate(names) if name.split("/")[0].split("(")[0].strip() in words), None
+        )
+
+    at = {
+        "time": column("time", "t"),
+        "azimuth": column("azimuth"),
+        "elevation": column("elevation"),
+        "zenith": column("zenith"),
+        "ring": column("ring", "line"),
+    }
+    if at["azimuth"] is None or (at["elevation"] is None) == (at["zenith"] is None):
+        raise LidarError(
+            f"{path}, line 1: expected columns time, azimuth and elevation or zenith; found: {', '.join(names)}",
+            code="wrong_shape",
+        )
+    if len(lines) > MAX_ROWS:
+        raise LidarError(f"{path}: {len(lines)} lines; limit: {MAX_ROWS} rows", code="budget_exceeded")
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[1:], 2):
+        if not line.strip():
+            continue
+        cells = re.split(r"[,;\t]", line)
+        values = []
+        for name, index in at.items():
+            where = f"{path}, line {number}: {name}"
+            if index is not None and index >= len(cells):
+                raise LidarError(
+                    f"{where} is missing; {len(cells)} values in a table of {len(names)} columns",
+                    code="missing_value",
+                )
+            values.append(0.0 if index is None else finite(cells[index], where))
+        if at["zenith"] is not None:
+            values[2] = 90.0 - values[3]
+        if abs(values[2]) > 90.0:
+            raise LidarError(
+                f"{path}, line {number}: elevation is {values[2]:g}; expected degrees within +-90",
+                code="out_of_range",
+            )
+        if rows and values[0] < rows[-1][0]:
+            raise LidarError(
+                f"{path}, line {number}: time is {values[0]:g}, before the line above ({rows[-1][0]:g})",
+                code="unordered_times",
+            )
+        rows.append(values)
+    if not rows:
+        raise LidarError(f"{path}: the table has no rows", code="missing_value")
+    directions = [
+        [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)]
+        for e, a in ((math.radians(row[2]), math.radians(row[1])) for row in rows)
+    ]
+    first = rows[0][0]
+    table: dict[str, Any] = {"directions": directions, "times": [row[0] - first for row in rows]}
+    if at["ring"] is not None:
+        table["rings"] = np.array([row[4] for row in rows], dtype=np.int32)
+    return table

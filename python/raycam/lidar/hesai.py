@@ -1,0 +1,37 @@
+"""Hesai's spinning devices: channels with an elevation, an azimuth offset and a firing time.
+
+Source: HesaiLidar_SDK_2.0, parsers and correction files.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+
+__all__ = ["hesai_pattern"]
+
+
+def hesai_pattern(
+    elevations: Sequence[float],
+    azimuths: Sequence[float],
+    fire_times: Sequence[float],
+    columns: int,
+    rate: float,
+) -> Pattern:
+    """Returns one turn of `columns` equal steps; angles in degrees, `fire_times` in seconds after the column's start.
+
+    The azimuth runs clockwise as seen from above, from x. Ring numbers are the channels, counted from 0.
+    """
+    check_count(columns * len(elevations))
+    times = np.arange(columns)[:, None] / (columns * rate) + np.asarray(fire_times)[None, :]
+    offset = np.array([math.radians(angle) for angle in azimuths])
+    angles = (2.0 * math.pi * rate * times + offset).reshape(-1).tolist()
+    cos_a, sin_a = cosines(angles).reshape(times.shape), sines(angles).reshape(times.shape)
+    tilt = [math.radians(angle) for angle in elevations]
+    cos_p, sin_p = cosines(tilt), sines(tilt)
+    directions = np.stack([cos_a * cos_p, -sin_a * cos_p, np.broadcast_to(sin_p, cos_a.shape)], axis=-1)
+    return grid_pattern(times, directions, np.zeros(3), np.arange(len(elevations)))

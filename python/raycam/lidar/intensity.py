@@ -1,0 +1,26 @@
+"""The intensity numbers that devices report."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["device_intensity"]
+
+LARGEST = 1000.0
+"""The reflectivity that devices with a logarithmic range report as 255."""
+
+
+def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Returns the device's 8-bit number for a reflectivity, of which 1 is white and more is retroreflective.
+
+    Velodyne and Ouster: 100 for white, in proportion below, logarithmic above up to 255. Others: 255 for white.
+    """
+    if family not in ("velodyne", "ouster"):
+        linear: npt.NDArray[np.uint8] = np.rint(np.clip(reflectivity, 0.0, 1.0) * 255.0).astype(np.uint8)
+        return linear
+    below = np.rint(np.clip(reflectivity, 0.0, 1.0) * 100.0)
+    bright = np.clip(reflectivity, 1.0, LARGEST)
+    above = 100.0 + np.ceil(155.0 * np.log(bright) / np.log(LARGEST))
+    number: npt.NDArray[np.uint8] = np.where(reflectivity > 1.0, above, below).astype(np.uint8)
+    return number

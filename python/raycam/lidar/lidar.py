@@ -1,0 +1,574 @@
+"""The class `Lidar`: a device or pattern, its settings and its pose."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, flag, floats, product, real, whole
+from ..errors import LidarError, nearest
+from .device import device_description
+from .pattern import Pattern
+from .patterns import check_family, make_pattern
+from .pose import Track, rotation_of
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["SETTINGS", "Lidar", "Returns"]
+
+Returns = Literal["first", "last", "strongest", "dual", "all"]
+RETURNS = ("first", "last", "strongest", "dual", "all")
+BEAM_SAMPLES = (1, 7, 19, 37)
+FWHM_TO_FULL = math.sqrt(2.0 / math.log(2.0))
+"""The width of a Gaussian beam at 1/e² divided by its full width at half maximum: 1.699."""
+
+SETTINGS: dict[str, tuple[float, float, str]] = {
+    "wavelength": (100.0, 20000.0, "nanometres"),
+    "step": (0.0, 10.0, "metres"),
+    "min_range": (0.0, 1e7, "metres"),
+    "max_range": (0.0, math.inf, "metres"),
+    "range_10": (1e-3, 1e7, "metres"),
+    "range_noise": (0.0, 1e3, "metres"),
+    "azimuth_noise": (0.0, 90.0, "degrees"),
+    "rise_time": (0.0, 1.0, "seconds"),
+    "pulse_length": (0.0, 1e-3, "seconds"),
+    "visibility": (1e-3, math.inf, "metres"),
+}
+"""Numeric settings, with their limits and units."""
+
+
+class Lidar:
+    """A lidar, immutable: a device by name, a calibration (`load_lidar`) or any pattern (`Lidar.of`), at a pose.
+
+        lidar = raycam.Lidar("vlp16", rate=10).placed([0, 0, 1.8], yaw=90)
+        scan = raycam.scan(world, lidar)
+
+    Sensor axes are x forward, y left, z up. `rate` is in frames per second. The settings, which default to the
+    device's numbers and are changed by `replace`:
+
+    =============== ============================================================================================
+    returns         "first", "last", "strongest", "dual" (strongest and last) or "all"
+    mode            Ouster: columns and rate, such as "1024x10"
+    beam_samples    rays per pulse: 1 (the beam's axis), 7, 19 or 37
+    beam_width      width of the beam where it leaves the device, at 1/e²: one, or (horizontal, vertical), metres
+    beam_divergence full divergence at 1/e²: one, or (horizontal, vertical), radians
+    range_10        distance at which a target of 10 % reflectance is detected with probability 1/2, in metres
+    min_range, max_range   limits of the counted distance, in metres
+    range_noise     standard deviation of the distance at high signal, in metres
+    azimuth_noise   standard deviation of the azimuth of a column, in degrees
+    step            the device counts distances in steps of this many metres; 0: not rounded
+    pulse_length    full width at half maximum of the pulse, in seconds
+    rise_time       rise time of the pulse, in seconds: noise of weak echoes
+    wavelength      in nanometres
+    visibility      of fog, in metres: attenuation is ln(20) / visibility
+    max_bounces     interfaces of mirrors and glass that a ray follows (default: 2)
+    noise           False: neither noise nor rounding, and echoes are found if their probability is at least 1/2
+    seed            selects the random numbers
+    =============== ============================================================================================
+
+    Numbers that could not be confirmed in the manufacturer's documents are not set: without `range_10`, every echo
+    within `max_range` is detected; without `beam_divergence`, `beam_samples` must be 1.
+
+    Raises `LidarError` for an unknown device, an unsupported rate, and impossible settings.
+    """
+
+    __slots__ = ("_description", "_settings", "_track", "_up")
+
+    def __init__(
+        self,
+        device: str,
+        *,
+        rate: float | None = None,
+        force_rate: bool = False,
+        up: Literal["z", "y"] = "z",
+        **settings: Any,
+    ) -> None:
+        self._start(device_description(device), up)
+        self._set({"rate": rate, "force_rate": force_rate, **settings})
+
+    def _start(self, description: dict[str, Any], up: str) -> None:
+        check_family(description)
+        if up not in ("z", "y"):
+            raise LidarError(f'up is {up!r}; expected "z" or "y"', code="unknown_name")
+        self._description, self._up = description, up
+        self._settings: dict[str, Any] = {}
+        self._track = Track(np.zeros(1), rotation_of(0.0, 0.0, 0.0, up)[None], np.zeros((1, 3)))
+
+    @classmethod
+    def _described(cls, description: dict[str, Any], settings: Mapping[str, Any], up: str = "z") -> Self:
+        lidar = cls.__new__(cls)
+        lidar._start(description, up)
+        lidar._set(settings)
+        return lidar
+
+    @classmethod
+    def of(
+        cls,
+        directions: npt.ArrayLike,
+        *,
+        times: npt.ArrayLike | None = None,
+        rings: npt.ArrayLike | None = None,
+        origins: npt.ArrayLike | None = None,
+        rate: float = 10.0,
+        name: str = "pattern",
+        **settings: Any,
+    ) -> Self:
+        """A lidar with any pattern: `directions` [n, 3] in sensor axes, of any length.
+
+        `times` [n] are seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers
+        (default: 0); `origins` [n, 3] are where the beams start (default: the sensor's origin). Raises `LidarError`
+        for numbers that are not finite, zero directions, and times that decrease, with the row.
+        """
+        ways = floats("directions", directions, ("n", 3), error=LidarError)
+        count = len(ways)
+        moments = np.zeros(count) if times is None else floats("times", times, ("n",), error=LidarError)
+        starts = None if origins is None else floats("origins", origins, ("n", 3), error=LidarError)
+        numbers = None if rings is None else np.asarray(rings)
+        for label, array in (("times", moments), ("rings", numbers), ("origins", starts)):
+            if array is not None and len(array) != count:
+                raise LidarError(
+                    f"{label} has {len(array)} rows for {count} directions; expected one each",
+                    code="wrong_shape",
+                )
+        for label, array in (("directions", ways), ("times", moments), ("origins", starts)):
+            if array is not None and not np.isfinite(array).all():
+                row = int(np.flatnonzero(~np.isfinite(array).reshape(count, -1).all(axis=1))[0])
+                raise LidarError(
+                    f"{label}[{row}] is {array[row].tolist()}; expected finite numbers", code="out_of_range"
+                )
+        late = np.flatnonzero(np.diff(moments) < 0.0)
+        if len(late):
+            row = int(late[0]) + 1
+            raise LidarError(
+                f"times[{row}] is {moments[row]}, before times[{row - 1}] ({moments[row - 1]})",
+                code="unordered_times",
+            )
+        zero = np.flatnonzero(~(np.abs(ways).max(axis=1, initial=0.0) > 0.0))
+        if len(zero):
+            raise LidarError(f"directions[{zero[0]}] is zero; expected a direction", code="out_of_range")
+        if numbers is not None and numbers.dtype.kind not in "iu":
+            raise LidarError(f"rings must be integers, not of dtype {numbers.dtype}", code="wrong_type")
+        table: dict[str, Any] = {"directions": ways.tolist(), "times": moments.tolist()}
+        if numbers is not None:
+            table["rings"] = numbers.tolist()
+        if starts is not None:
+            table["origins"] = starts.tolist()
+        description = {"name": name, "title": name, "family": "table", "table": table, "max_returns": 15}
+        return cls._described(description, {"rate": rate, **settings})
+
+    # Settings ---------------------------------------------------------------------------------------------
+
+    def replace(self, **settings: Any) -> Self:
+        """Returns the lidar with other settings (see the class); None restores the device's own."""
+        return self._copy(settings=settings)
+
+    def _copy(self, *, settings: Mapping[str, Any] | None = None, track: Track | None = None) -> Self:
+        lidar = type(self).__new__(type(self))
+        lidar._description, lidar._up = self._description, self._up
+        lidar._settings = dict(self._settings)
+        lidar._track = self._track if track is None else track
+        if settings:
+            lidar._set(settings)
+        return lidar
+
+    def _set(self, settings: Mapping[str, Any]) -> None:
+        given = settings.get("force_rate", self._settings.get("force_rate", False))
+        force = flag("force_rate", given, error=LidarError)
+        for name, value in settings.items():
+            if name != "force_rate" and name not in _CHECKS:
+                raise LidarError(
+                    nearest("lidar setting", name, [*_CHECKS, "force_rate"]), code="unknown_name"
+                )
+            self._settings.pop(name, None)
+            if value is not None and name != "force_rate":
+                self._settings[name] = _CHECKS[name](name, value)
+        if force:
+            self._settings["force_rate"] = True
+        self._check(settings, force)
+
+    def _check(self, given: Mapping[str, Any], force: bool) -> None:
+        if self._description["family"] == "ouster":
+            self._check_mode(given, force)
+        rates = self._description.get("rates")
+        if rates and not force and not rates[0] <= self.rate <= rates[1]:
+            raise LidarError(
+                f"{self.name}: rate is {self.rate:g}; supported: {rates[0]:g} to {rates[1]:g} Hz; "
+                "to scan at any rate, pass force_rate=True",
+                code="unsupported_rate",
+            )
+        offered = self._description.get("returns")
+        if offered and self.returns not in offered and "returns" in self._settings and self.returns != "all":
+            raise LidarError(
+                f"{self.name}: returns is {self.returns!r}; supported: {', '.join(offered)}, all",
+                code="unknown_name",
+            )
+        if self.beam_samples > 1 and max(self.beam_divergence + self.beam_width) == 0.0:
+            raise LidarError(
+                f"{self.name}: beam_samples={self.beam_samples} requires the beam's size, which is not known for this "
+                "device; pass beam_divergence=(horizontal, vertical) in radians",
+                code="missing_value",
+            )
+        if self.min_range > self.max_range:
+            raise LidarError(
+                f"min_range {self.min_range:g} exceeds max_range {self.max_range:g}",
+                code="conflicting_values",
+            )
+
+    def _check_mode(self, given: Mapping[str, Any], force: bool) -> None:
+        """Chooses an Ouster's mode for a rate, or its rate for a mode; raises `LidarError` if they contradict."""
+        modes = {mode: float(mode.split("x")[1]) for mode in self._description["modes"]}
+        default = self._description.get("mode", "1024x10")
+        mode, rate = self._settings.get("mode", default), self._settings.get("rate")
+        if mode not in modes:
+            raise LidarError(
+                f"{self.name}: mode is {mode!r}; supported: {', '.join(modes)}", code="unknown_name"
+            )
+        if rate is None or (given.get("mode") is not None and given.get("rate") is None and not force):
+            rate = modes[mode]
+        elif rate != modes[mode] and not force:
+            if given.get("mode") is not None:
+                raise LidarError(
+                    f"{self.name}: mode {mode!r} has {modes[mode]:g} Hz, but rate is {rate:g}; "
+                    "to scan at any rate, pass force_rate=True",
+                    code="conflicting_values",
+                )
+            fitting = [name for name, hertz in modes.items() if hertz == rate]
+            if not fitting:
+                raise LidarError(
+                    f"{self.name}: rate is {rate:g}; supported: 10 and 20 Hz; "
+                    "to scan at any rate, pass force_rate=True",
+                    code="unsupported_rate",
+                )
+            mode = fitting[-1]
+        self._settings["mode"], self._settings["rate"] = mode, rate
+
+    def _value(self, name: str, default: Any = None) -> Any:
+        return self._settings.get(name, self._description.get(name, default))
+
+    @property
+    def name(self) -> str:
+        """The device's name."""
+        return str(self._description["name"])
+
+    @property
+    def title(self) -> str:
+        """The device's manufacturer and model."""
+        return str(self._description.get("title", self.name))
+
+    @property
+    def sources(self) -> list[str]:
+        """The documents and programs that the device's numbers come from."""
+        return list(self._description.get("sources", []))
+
+    @property
+    def family(self) -> str:
+        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "golden" or "table"."""
+        return str(self._description["family"])
+
+    @property
+    def is_generic(self) -> bool:
+        """True if the angles are those of the model, although units of the device differ noticeably."""
+        return bool(self._description.get("generic", False))
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return float(self._value("rate", 10.0))
+
+    @property
+    def returns(self) -> Returns:
+        """The echoes of a pulse that are reported."""
+        chosen: Returns = self._settings.get("returns") or self._value("default_returns", "strongest")
+        return chosen
+
+    @property
+    def max_returns(self) -> int:
+        """The largest number of echoes of a pulse, for returns="all"."""
+        return int(self._value("max_returns", 15))
+
+    @property
+    def beam_samples(self) -> int:
+        """Rays per pulse."""
+        return int(self._value("beam_samples", 1))
+
+    @property
+    def beam_width(self) -> tuple[float, float]:
+        """Horizontal and vertical width of the beam where it starts, at 1/e², in metres."""
+        width: tuple[float, float] = tuple(self._value("beam_width", (0.0, 0.0)))
+        return width
+
+    @property
+    def beam_divergence(self) -> tuple[float, float]:
+        """Horizontal and vertical full divergence at 1/e², in radians."""
+        own = self._description.get("beam_divergence")
+        if own is None and "beam_divergence_fwhm" in self._description:
+            own = [math.radians(angle) * FWHM_TO_FULL for angle in self._description["beam_divergence_fwhm"]]
+        divergence: tuple[float, float] = tuple(self._settings.get("beam_divergence", own or (0.0, 0.0)))
+        return divergence
+
+    @property
+    def min_range(self) -> float:
+        """The smallest reported distance, in metres."""
+        return float(self._value("min_range", 0.0))
+
+    @property
+    def max_range(self) -> float:
+        """The largest reported distance, in metres."""
+        return float(self._value("max_range", math.inf))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All settings by name, as used; None for unknown numbers."""
+        found = {name: self._value(name) for name in _CHECKS}
+        found.update(
+            rate=self.rate,
+            returns=self.returns,
+            beam_samples=self.beam_samples,
+            beam_width=self.beam_width,
+            beam_divergence=self.beam_divergence,
+            min_range=self.min_range,
+            max_range=self.max_range,
+            max_bounces=int(self._value("max_bounces", 2)),
+            noise=bool(self._value("noise", True)),
+            seed=int(self._value("seed", 0)),
+            range_noise=float(self._value("range_noise", 0.0)),
+            azimuth_noise=float(self._value("azimuth_noise", 0.0)),
+            step=float(self._value("step", 0.0)),
+            pulse_length=float(self._value("pulse_length", 4e-9)),
+            rise_time=float(self._value("rise_time", 1e-9)),
+            wavelength=float(self._value("wavelength", 905.0)),
+        )
+        return found
+
+    @property
+    def firing_cycle(self) -> float:
+        """Seconds from one firing cycle of a Velodyne to the next; raises `LidarError` for other devices."""
+        if self.family != "velodyne":
+            raise LidarError(
+                f"{self.name}: only Velodyne's devices have firing cycles and packets", code="wrong_device"
+            )
+        return float(self._description["velodyne"]["cycle"])
+
+    @property
+    def assumed(self) -> list[str]:
+        """The settings that neither the device's documents nor you specify, so that general defaults apply."""
+        known = {
+            *self._settings,
+            *self._description,
+            "max_bounces",
+            "noise",
+            "seed",
+            "visibility",
+            "azimuth_noise",
+        }
+        found = [
+            name for name in _CHECKS if name not in known and name not in ("mode", "returns", "beam_samples")
+        ]
+        if "beam_divergence_fwhm" in self._description and "beam_divergence" in found:
+            found.remove("beam_divergence")
+        return found
+
+    def pattern(self, frame: int = 0) -> Pattern:
+        """Returns the pulses of frame number `frame`: times, directions and origins in sensor axes."""
+        return make_pattern({**self._description, **self._mode()}, self.rate, frame)
+
+    def pixel_shifts(self, columns: int) -> list[int]:
+        """Returns the columns by which the rows of an Ouster's image are shifted; from its azimuths if not listed."""
+        table = self._description["ouster"]
+        listed = table.get("pixel_shift_by_row")
+        if listed:
+            scale = columns / table.get("pixel_shift_columns", columns)
+            return [round(shift * scale) for shift in listed]
+        return [round(angle / 360.0 * columns) for angle in table["beam_azimuth_angles"]]
+
+    def _mode(self) -> dict[str, Any]:
+        return {"mode": self._settings["mode"]} if "mode" in self._settings else {}
+
+    # Pose -------------------------------------------------------------------------------------------------
+
+    def placed(
+        self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+    ) -> Self:
+        """Returns the lidar at `location` [3], turned by angles in degrees, as `Camera.from_pose`.
+
+        With all angles 0, the lidar looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left.
+        """
+        angles = [
+            real(name, v, error=LidarError) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))
+        ]
+        place = floats("location", location, (3,), error=LidarError)
+        return self._at(rotation_of(angles[0], angles[1], angles[2], self._up), place)
+
+    def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
+        """Returns the lidar at another pose: sensor_from_world [3, 3] and its position [3] in the world."""
+        turn = floats("R", R, (3, 3), error=LidarError)
+        if not np.abs(product(turn, turn.T) - np.eye(3)).max() < 1e-6 or not np.linalg.det(turn) > 0.0:
+            raise LidarError(
+                f"R must be a rotation matrix sensor_from_world, not {turn.tolist()}", code="not_a_rotation"
+            )
+        return self._at(turn.T, floats("C", C, (3,), error=LidarError))
+
+    def _at(self, world_from_sensor: Floats, place: Floats) -> Self:
+        if not np.isfinite(place).all():
+            raise LidarError(f"the position must be finite, not {place.tolist()}", code="out_of_range")
+        return self._copy(track=Track(np.zeros(1), world_from_sensor[None], place[None]))
+
+    def moving(self, to: Self | Sequence[tuple[float, Self]]) -> Self:
+        """Returns the lidar moving during its frame: from its own pose to the pose of `to` when the frame ends.
+
+        `to` may also be a list of (seconds, lidar) in ascending order; seconds count from the frame's start. Positions
+        are interpolated linearly, rotations along the shortest arc.
+        """
+        if isinstance(to, Lidar):
+            steps: list[tuple[float, Lidar]] = [(0.0, self), (1.0 / self.rate, to)]
+        else:
+            steps = [(real("seconds", time, error=LidarError), lidar) for time, lidar in to]
+        if not steps or any(not isinstance(lidar, Lidar) for _, lidar in steps):
+            raise LidarError("moving requires a lidar or a list of (seconds, lidar)", code="wrong_type")
+        times = np.array([time for time, _ in steps])
+        if (np.diff(times) <= 0.0).any():
+            raise LidarError(f"moving: times must ascend, got {times.tolist()}", code="unordered_times")
+        poses = [lidar._track for _, lidar in steps]
+        turns = np.stack([pose.rotations[0] for pose in poses])
+        return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
+
+    def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
+        """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.
+
+        `first` and `second` are poses [4, 4]; the lidar's motion in its own axes is theirs.
+        """
+        back = first[:3, :3].T
+        turn, shift = product(back, second[:3, :3]), product(back, second[:3, 3] - first[:3, 3])
+        own = self.pose
+        end = self._at(product(own[:3, :3], turn), own[:3, 3] + product(own[:3, :3], shift))
+        return self.moving([(0.0, self), (seconds, end)])
+
+    @property
+    def track(self) -> Track:
+        """The poses world_from_sensor during the frame."""
+        return self._track
+
+    @property
+    def is_moving(self) -> bool:
+        """True if the pose changes during the frame."""
+        return len(self._track.times) > 1
+
+    @property
+    def pose(self) -> Floats:
+        """The pose world_from_sensor, float64 [4, 4]; for a moving lidar, at the middle of the frame."""
+        turns, places = self._track.at(np.array([0.5 / self.rate]))
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = turns[0], places[0]
+        return matrix
+
+    @property
+    def times(self) -> Floats:
+        """The times of the pulses of frame 0, float64 [n], in seconds from the frame's start."""
+        return self.pattern().times
+
+    @property
+    def up(self) -> str:
+        """The world's up axis, for `placed`."""
+        return self._up
+
+    def sample(
+        self, world: World, *, frame: int = 0, threads: int | None = None
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Returns the fields of `raycam.scan(world, self)` by name."""
+        from .scanning import scan
+
+        return {
+            name: np.asarray(array) for name, array in scan(world, self, frame=frame, threads=threads).items()
+        }
+
+    # Description ------------------------------------------------------------------------------------------
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns a description of JSON types, from which `from_dict` restores the lidar exactly."""
+        return {
+            "device": json.loads(json.dumps(self._description)),
+            "settings": json.loads(json.dumps(self._settings)),
+            "up": self._up,
+            "track": {
+                "times": self._track.times.tolist(),
+                "rotations": self._track.rotations.tolist(),
+                "positions": self._track.positions.tolist(),
+            },
+        }
+
+    @classmethod
+    def from_dict(cls, description: Mapping[str, Any]) -> Self:
+        """Returns the lidar that `to_dict` described."""
+        lidar = cls._described(dict(description["device"]), description["settings"], description["up"])
+        track = description["track"]
+        lidar._track = Track(*(np.array(track[name]) for name in ("times", "rotations", "positions")))
+        return lidar
+
+    def __eq__(self, other: object) -> bool:
+        """True if both have the same device, settings and poses."""
+        return self.to_dict() == other.to_dict() if isinstance(other, Lidar) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Equal lidars have equal hashes."""
+        return hash(json.dumps(self.to_dict(), sort_keys=True))
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        """Pickles the description."""
+        return type(self).from_dict, (self.to_dict(),)
+
+    def __repr__(self) -> str:
+        """Shows device, rate and pulses."""
+        return f"<raycam.Lidar {self.title}: {self.rate:g} Hz, {len(self.pattern())} pulses per frame>"
+
+
+def _number(name: str, value: Any) -> float:
+    low, high, unit = SETTINGS[name]
+    if name == "max_range" and isinstance(value, float) and math.isinf(value) and value > 0:
+        return math.inf
+    return real(name, value, low, high, what=unit, error=LidarError)
+
+
+def _pair(name: str, value: Any) -> list[float]:
+    values = [value] * 2 if np.ndim(value) == 0 else list(value)
+    if len(values) != 2:
+        raise LidarError(
+            f"{name} must be one number or (horizontal, vertical), not {value!r}", code="wrong_shape"
+        )
+    return [real(name, one, 0.0, 1.0, error=LidarError) for one in values]
+
+
+def _choice(options: Sequence[Any]) -> Callable[[str, Any], Any]:
+    def check(name: str, value: Any) -> Any:
+        if value not in options or isinstance(value, bool):
+            raise LidarError(
+                f"{name} is {value!r}; options: {', '.join(map(str, options))}", code="unknown_name"
+            )
+        return value
+
+    return check
+
+
+def _mode_name(name: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise LidarError(f'{name} must be a string such as "1024x10", not {value!r}', code="wrong_type")
+    return value
+
+
+_CHECKS: dict[str, Callable[[str, Any], Any]] = {
+    "rate": lambda name, value: real(name, value, 1e-6, 1e7, what="Hz", error=LidarError),
+    "mode": _mode_name,
+    "returns": _choice(RETURNS),
+    "beam_samples": _choice(BEAM_SAMPLES),
+    "beam_width": _pair,
+    "beam_divergence": _pair,
+    "max_bounces": lambda name, value: whole(name, value, 0, 16, error=LidarError),
+    "noise": lambda name, value: flag(name, value, error=LidarError),
+    "seed": lambda name, value: whole(name, value, 0, 2**63 - 1, error=LidarError),
+    **dict.fromkeys(SETTINGS, _number),
+}

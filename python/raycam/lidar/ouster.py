@@ -1,0 +1,67 @@
+"""Ouster's spinning devices: all lasers of a column fire together.
+
+Source: Ouster Firmware User Manual, "Lidar Range to XYZ"; `XYZLut` of ouster-sdk 1.0.1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+
+__all__ = ["OusterUnit", "ouster_pattern"]
+
+
+@dataclass(frozen=True)
+class OusterUnit:
+    """The calibration of one unit, in degrees and millimetres, with the names of Ouster's metadata."""
+
+    beam_altitude_angles: tuple[float, ...]
+    """The elevation of each row."""
+    beam_azimuth_angles: tuple[float, ...]
+    """The azimuth of each row relative to the encoder."""
+    beam_to_lidar_transform: tuple[float, ...]
+    """The row-major matrix [16], whose x translation is the distance of the beams' origin from the axis."""
+    lidar_to_sensor_transform: tuple[float, ...]
+    """The row-major matrix [16]."""
+    pixel_shift_by_row: tuple[int, ...]
+    """The columns by which rows are shifted to form an image."""
+
+
+def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
+    """Returns one turn in sensor axes. The device counts the distance from the axis along the beam: n + distance."""
+    rows = len(unit.beam_altitude_angles)
+    check_count(rows * columns)
+    encoder = [2.0 * math.pi * (1.0 - column / columns) for column in range(columns)]
+    azimuth = [-math.radians(angle) for angle in unit.beam_azimuth_angles]
+    altitude = [math.radians(angle) for angle in unit.beam_altitude_angles]
+    cos_e, sin_e = cosines(encoder)[:, None], sines(encoder)[:, None]
+    cos_b, sin_b = cosines(azimuth), sines(azimuth)
+    cos_p, sin_p = cosines(altitude), sines(altitude)
+    cos_eb, sin_eb = cos_e * cos_b - sin_e * sin_b, sin_e * cos_b + cos_e * sin_b
+    flat = np.broadcast_to(sin_p, cos_eb.shape)
+    directions = np.stack([cos_eb * cos_p, sin_eb * cos_p, flat], axis=-1)
+    beam = np.array(unit.beam_to_lidar_transform).reshape(4, 4)
+    sensor = np.array(unit.lidar_to_sensor_transform).reshape(4, 4)
+    offset = math.sqrt(beam[0, 3] ** 2 + beam[1, 3] ** 2 + beam[2, 3] ** 2) / 1000.0
+    across, up = beam[0, 3] / 1000.0, beam[2, 3] / 1000.0
+    origins = np.stack([across * cos_e, across * sin_e, np.full_like(cos_e, up)], axis=-1)
+    turn, shift = sensor[:3, :3], sensor[:3, 3] / 1000.0
+    times = np.broadcast_to(np.arange(columns)[:, None] / (columns * rate), cos_eb.shape)
+    return grid_pattern(
+        times,
+        _turned(turn, directions),
+        np.broadcast_to(_turned(turn, origins) + shift, directions.shape),
+        np.arange(rows),
+        offset,
+    )
+
+
+def _turned(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Returns the rotated vectors [..., 3], without BLAS."""
+    x, y, z = vectors[..., 0, None], vectors[..., 1, None], vectors[..., 2, None]
+    turned: np.ndarray = x * turn[:, 0] + y * turn[:, 1] + z * turn[:, 2]
+    return turned

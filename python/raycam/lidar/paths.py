@@ -1,0 +1,280 @@
+"""Paths of light from the lidar to surfaces, also over mirrors and through glass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from .surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, retroreflectance
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["HIT_FIELDS", "Contributions", "trace_paths"]
+
+HIT_FIELDS = (
+    "distance",
+    "instance",
+    "triangle",
+    "category",
+    "material",
+    "normal",
+    "barycentric",
+    "uv",
+    "position",
+    "albedo",
+)
+LEAST_ENERGY = 1e-4
+"""A path ends if it carries less than this share of its pulse."""
+NOTHING = -1
+LEAST_LENGTH = 1e-6
+"""Metres; nearer surfaces return as much light as at this distance."""
+CLEARANCE = 1e-7
+"""Metres after an interface within which a ray meets nothing: neighbours of the triangle that it leaves."""
+
+
+@dataclass
+class Contributions:
+    """The surfaces that return light, in the order of pulse and ray; [m] each."""
+
+    pulse: npt.NDArray[np.int64]
+    ray: npt.NDArray[np.int64]
+    """The sub-ray; 0 is the beam's axis."""
+    length: Floats
+    """Half the optical length of the path out and back, in metres."""
+    energy: Floats
+    """Returned energy, in units of a white target at normal incidence at 1 m."""
+    bounces: npt.NDArray[np.int32]
+    first_instance: npt.NDArray[np.int32]
+    fields: dict[str, npt.NDArray[Any]]
+    """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
+    deflected: npt.NDArray[np.bool_]
+    """True [pulses] for pulses of which some path left the world by way of a mirror or glass."""
+
+    def sorted(self) -> Contributions:
+        """Returns the contributions ordered by pulse, ray, length and bounces."""
+        order = np.lexsort((self.bounces, self.length, self.ray, self.pulse))
+        return Contributions(
+            self.pulse[order],
+            self.ray[order],
+            self.length[order],
+            self.energy[order],
+            self.bounces[order],
+            self.first_instance[order],
+            {name: array[order] for name, array in self.fields.items()},
+            self.deflected,
+        )
+
+    @staticmethod
+    def joined(parts: Sequence[Contributions], deflected: npt.NDArray[np.bool_]) -> Contributions:
+        """Returns the contributions of all `parts`, in their order."""
+        return Contributions(
+            np.concatenate([part.pulse for part in parts]),
+            np.concatenate([part.ray for part in parts]),
+            np.concatenate([part.length for part in parts]),
+            np.concatenate([part.energy for part in parts]),
+            np.concatenate([part.bounces for part in parts]),
+            np.concatenate([part.first_instance for part in parts]),
+            {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields},
+            deflected,
+        )
+
+
+@dataclass
+class _Rays:
+    """Rays of one generation; `weight` is the share of the pulse's energy, `inside` the index of the medium."""
+
+    origins: Floats
+    directions: Floats
+    pulse: npt.NDArray[np.int64]
+    ray: npt.NDArray[np.int64]
+    weight: Floats
+    one_way: Floats
+    """Product of the shares at interfaces; the way back takes the same."""
+    geometric: Floats
+    optical: Floats
+    index: Floats
+    bounces: npt.NDArray[np.int32]
+    first_instance: npt.NDArray[np.int32]
+    skip: npt.NDArray[np.int32]
+    skip_triangle: npt.NDArray[np.int32]
+
+    def take(self, chosen: npt.NDArray[Any]) -> _Rays:
+        return _Rays(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+
+def trace_paths(
+    world: World,
+    surfaces: SurfaceTable,
+    origins: Floats,
+    directions: Floats,
+    weights: Floats,
+    times: Floats | None,
+    *,
+    max_bounces: int,
+    threads: int | None,
+) -> Contributions:
+    """Returns what surfaces return of beams with rays [n, k, 3] and weights [k], at `times` [n] (None: the world's).
+
+    Each ray's path is a tree: at a smooth interface it goes on reflected with the share F and refracted with 1 - F
+    (Fresnel), squared because the light comes back along the same path. Both branches are followed, up to
+    `max_bounces` interfaces; no random numbers are used.
+    """
+    count, samples = origins.shape[:2]
+    every = np.arange(count * samples)
+    ones = np.ones(len(every))
+    minus = np.full(len(every), NOTHING, np.int32)
+    rays = _Rays(
+        origins.reshape(-1, 3),
+        directions.reshape(-1, 3),
+        every // samples,
+        every % samples,
+        np.broadcast_to(weights, (count, samples)).reshape(-1),
+        ones,
+        0.0 * ones,
+        0.0 * ones,
+        ones,
+        np.zeros(len(every), np.int32),
+        minus,
+        minus,
+        minus,
+    )
+    parts: list[Contributions] = []
+    deflected = np.zeros(count, bool)
+    while len(rays.pulse):
+        hits = world.cast_rays(
+            rays.origins,
+            rays.directions,
+            times=None if times is None else times[rays.pulse],
+            t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0),
+            skip=(rays.skip, rays.skip_triangle),
+            fields=HIT_FIELDS,
+            threads=threads,
+        )
+        missed = hits["instance"] < 0
+        deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
+        met = np.flatnonzero(~missed)
+        rays, hits = rays.take(met), {name: array[met] for name, array in hits.items()}
+        surfaces.read(hits["material"], hits["instance"], hits["triangle"])
+        surfaces.note_colors(hits["albedo"])
+        first = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
+        rays.first_instance = first.astype(np.int32)
+        part, cosine = _returned(surfaces, rays, hits, deflected)
+        parts.append(part)
+        rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected)
+    return Contributions.joined(parts, deflected).sorted()
+
+
+def _returned(
+    surfaces: SurfaceTable, rays: _Rays, hits: dict[str, npt.NDArray[Any]], deflected: npt.NDArray[np.bool_]
+) -> tuple[Contributions, Floats]:
+    """Returns the contributions of hits on surfaces that scatter light, and the cosines of incidence of all hits."""
+    dot = -(rays.directions * hits["normal"]).sum(axis=1)
+    cosine = np.clip(np.abs(dot), 0.0, 1.0)
+    solid = surfaces.column(hits["material"], "kind") == "solid" if len(cosine) else np.zeros(0, bool)
+    opacity = surfaces.column(hits["material"], "opacity") if len(cosine) else np.zeros(0)
+    share = retroreflectance(surfaces, hits["material"], hits["albedo"][:, 0].astype(float), cosine)
+    geometric = rays.geometric + hits["distance"]
+    optical = rays.optical + hits["distance"] * rays.index
+    energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
+    chosen = np.flatnonzero(solid)
+    fields = {name: hits[name][chosen] for name in HIT_FIELDS if name not in ("albedo", "distance")}
+    fields["incidence"] = np.degrees(np.arccos(cosine[chosen])).astype(np.float32)
+    return (
+        Contributions(
+            rays.pulse[chosen],
+            rays.ray[chosen],
+            optical[chosen],
+            energy[chosen],
+            rays.bounces[chosen],
+            rays.first_instance[chosen],
+            fields,
+            deflected,
+        ),
+        cosine,
+    )
+
+
+def _onward(
+    surfaces: SurfaceTable,
+    rays: _Rays,
+    hits: dict[str, npt.NDArray[Any]],
+    cosine: Floats,
+    max_bounces: int,
+    deflected: npt.NDArray[np.bool_],
+) -> _Rays:
+    """Returns the rays that go on: behind translucent surfaces, reflected, and refracted."""
+    if not len(cosine):
+        return rays
+    kind = surfaces.column(hits["material"], "kind")
+    opacity = surfaces.column(hits["material"], "opacity")
+    geometric = rays.geometric + hits["distance"]
+    optical = rays.optical + hits["distance"] * rays.index
+    smooth = kind != "solid"
+    ended = smooth & (rays.bounces >= max_bounces)
+    deflected[rays.pulse[ended]] = True
+
+    def follow(
+        chosen: npt.NDArray[Any], directions: Floats, share: Floats, index: Floats, bounce: int
+    ) -> _Rays:
+        after = rays.take(chosen)
+        after.origins, after.directions = hits["position"][chosen], directions
+        after.one_way = after.one_way * share
+        after.geometric, after.optical, after.index = geometric[chosen], optical[chosen], index
+        after.bounces = (after.bounces + bounce).astype(np.int32)
+        after.skip, after.skip_triangle = hits["instance"][chosen], hits["triangle"][chosen]
+        return after
+
+    through = np.flatnonzero((opacity < 1.0) & ~smooth)
+    clear = 1.0 - opacity[through]
+    branches = [follow(through, rays.directions[through], clear, rays.index[through], 0)]
+    at = np.flatnonzero(smooth & ~ended)
+    if len(at):
+        branches += _at_interface(surfaces, rays, hits, cosine, at, follow)
+    joined = _Rays(
+        *(
+            np.concatenate([getattr(branch, name) for branch in branches])
+            for name in _Rays.__dataclass_fields__
+        )
+    )
+    return joined.take(np.flatnonzero(joined.one_way**2 >= LEAST_ENERGY))
+
+
+def _at_interface(
+    surfaces: SurfaceTable,
+    rays: _Rays,
+    hits: dict[str, npt.NDArray[Any]],
+    cosine: Floats,
+    at: npt.NDArray[Any],
+    follow: Any,
+) -> list[_Rays]:
+    """Returns the reflected and the refracted branch of rays at smooth surfaces."""
+    material, c = hits["material"][at], cosine[at]
+    kind = surfaces.column(material, "kind")
+    ior, thin = surfaces.column(material, "ior").astype(float), surfaces.column(material, "thin")
+    tint = np.where(surfaces.column(material, "tinted"), hits["albedo"][at, 0].astype(float), 1.0)
+    incoming, normal = rays.directions[at], hits["normal"][at]
+    mirrored = incoming + 2.0 * c[:, None] * normal
+    leaving = rays.index[at] > 1.0
+    behind = np.where(leaving, 1.0, ior)
+    ratio = np.where(thin, 1.0, rays.index[at] / behind)
+    glass = kind == "glass"
+    single = dielectric_reflectance(c, np.where(thin, 1.0 / ior, ratio))
+    # Between the faces of a thin pane light goes back and forth: R + T² R / (1 - R²) = 2 R / (1 + R).
+    dielectric = np.where(thin, 2.0 * single / (1.0 + single), single)
+    extinction = surfaces.column(material, "extinction").astype(float)
+    metal = np.where(ior > 0.0, conductor_reflectance(c, np.maximum(ior, 1e-9), extinction), 1.0)
+    reflectance = np.where(glass, dielectric, metal * tint)
+    reflected = follow(at, mirrored, reflectance, rays.index[at], 1)
+    passing = np.flatnonzero(glass & (reflectance < 1.0))
+    eta, cos_in, way, out = ratio[passing], c[passing], incoming[passing], normal[passing]
+    cos_out = np.sqrt(np.maximum(0.0, 1.0 - eta**2 * (1.0 - cos_in**2)))
+    bent = eta[:, None] * way + (eta * cos_in - cos_out)[:, None] * out
+    index = np.where(thin[passing], rays.index[at][passing], behind[passing])
+    refracted = follow(at[passing], bent, 1.0 - reflectance[passing], index, 1)
+    return [reflected, refracted]

@@ -1,0 +1,66 @@
+"""Notices of scans: assumptions about the device, the world's time and its materials."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import Notice
+from ..notices import warn
+
+if TYPE_CHECKING:
+    from ..world import World
+    from .lidar import Lidar
+
+__all__ = ["warn_of_assumed_reflectance", "warn_of_device", "warn_of_empty_scan", "warn_of_times"]
+
+LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected away", "missed by chance")
+"""The meaning of the values of the field `lost`."""
+
+
+def warn_of_device(lidar: Lidar) -> None:
+    """Warns if the angles are those of the model, although each unit has its own."""
+    if not lidar.is_generic:
+        return
+    remedy = 'pass the unit\'s file to raycam.load_lidar("FILE")'
+    if lidar.family == "golden":
+        text = f"using a substitute pattern that covers the field of view evenly; {remedy}"
+    else:
+        text = f"using generic angles, which differ from a unit's own by up to a few degrees; {remedy}"
+    warn(Notice(f"{lidar.name}: {text}", "generic_angles"))
+
+
+def warn_of_times(world: World, lidar: Lidar) -> None:
+    """Warns of a moving world that is at no time, and of a frame that ends after the world's motion."""
+    time = world._core.time
+    if world._core.is_animated and time is None:
+        warn(
+            Notice(
+                "the scan shows a static world: the world has animations, but it is not at a time; use world.at(time)",
+                "unused_times",
+            )
+        )
+    if time is None:
+        return
+    video = world.video
+    ends = [animation.duration for animation in world.animations]
+    ends.extend([video.frames / video.fps] if video is not None else [])
+    end, last = max(ends, default=np.inf), time + 1.0 / lidar.rate
+    if last > end + 1e-9:
+        text = f"the frame ends at {last:g} s, but the world moves until {end:g} s only; objects stand still after it"
+        warn(Notice(text, "outside_times"))
+
+
+def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
+    """Warns that colours were used as reflectances, if it matters which channel is used."""
+    if colored:
+        text = f"materials have no reflectance at {wavelength:g} nm; the red channel of their colour is used"
+        warn(Notice(text, "assumed_reflectance"))
+
+
+def warn_of_empty_scan(lidar: Lidar, reasons: npt.NDArray[np.int8]) -> None:
+    """Warns of a scan without points, with the numbers of pulses by the reason for which they were lost."""
+    counts = ", ".join(f"{LOST[code]}: {np.count_nonzero(reasons == code)}" for code in np.unique(reasons))
+    warn(Notice(f"{lidar.name}: the scan has no points; pulses lost: {counts}", "empty_scan"))

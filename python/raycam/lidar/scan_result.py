@@ -1,0 +1,176 @@
+"""`Scan`: the points of one frame, with their ground truth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, flag, real
+from ..errors import LidarError, nearest
+from ..io.atomic_files import write
+from .files.packets import Firings, pcap_bytes
+from .files.save import save_scan
+from .pattern import Pattern
+from .pose import transform
+
+if TYPE_CHECKING:
+    from .lidar import Lidar
+
+__all__ = ["Scan"]
+
+Array = npt.NDArray[Any]
+
+
+class Scan(Mapping[str, Array]):
+    """The points of a lidar's frame: a read-only mapping from field names to arrays with one row per point.
+
+    `raycam.scan` lists the fields. `lidar` is the lidar that was used, `pattern` its pulses.
+    """
+
+    __slots__ = ("_columns", "_lidar", "_pattern", "_up")
+
+    def __init__(self, columns: dict[str, Array], *, lidar: Lidar, pattern: Pattern, up: str = "z") -> None:
+        self._columns, self._lidar, self._pattern, self._up = columns, lidar, pattern, up
+        for array in columns.values():
+            array.setflags(write=False)
+
+    def __getitem__(self, name: str) -> Array:
+        """Returns a field; raises `LidarError` with the nearest name if it is unknown."""
+        if name not in self._columns:
+            raise LidarError(nearest("field of a scan", name, list(self._columns)), code="unknown_name")
+        return self._columns[name]
+
+    def __contains__(self, name: object) -> bool:
+        """True if the scan has a field of this name."""
+        return name in self._columns
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterates over the names of the fields."""
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        """Returns the number of fields; `count` is the number of points."""
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        """Shows the device and the number of points."""
+        return f"<raycam.Scan of {self._lidar.title}: {self.count} points, {len(self._columns)} fields>"
+
+    @property
+    def count(self) -> int:
+        """The number of rows."""
+        return len(self._columns["time"])
+
+    @property
+    def lidar(self) -> Lidar:
+        """The lidar that was used."""
+        return self._lidar
+
+    @property
+    def pattern(self) -> Pattern:
+        """The pulses of the frame."""
+        return self._pattern
+
+    @property
+    def poses(self) -> Floats:
+        """The pose world_from_sensor at the time of each point, float64 [n, 4, 4]."""
+        turns, places = self._lidar.track.at(self["time"])
+        matrices = np.zeros((self.count, 4, 4))
+        matrices[:, :3, :3], matrices[:, :3, 3], matrices[:, 3, 3] = turns, places, 1.0
+        return matrices
+
+    def in_world(self) -> Floats:
+        """Returns the measured points in world coordinates, each by the pose at its own time, float64 [n, 3]."""
+        turns, places = self._lidar.track.at(self["time"])
+        return transform(turns, self["position"]) + places
+
+    def deskewed(self, time: float | None = None) -> Floats:
+        """Returns the points in the sensor axes at one time, float64 [n, 3], as if all pulses left the sensor there.
+
+        `time` is in seconds from the frame's start (default: its middle).
+        """
+        moment = (
+            0.5 / self._lidar.rate if time is None else real("time", time, what="seconds", error=LidarError)
+        )
+        turns, places = self._lidar.track.at(np.array([moment]))
+        apart = self.in_world() - places
+        return transform(np.broadcast_to(turns[0].T, (len(apart), 3, 3)), apart)
+
+    def image(self, field: str = "distance", *, staggered: bool = True, echo: int = 0) -> Array:
+        """Returns a field as an image [rings, columns, ...], as sent by the device; rows from the highest elevation.
+
+        `echo` chooses among several returns. Pixels without a point are NaN, 0 for unsigned and -1 for other
+        integers. With `staggered=False`, the rows of an Ouster are shifted by `pixel_shift_by_row`, as by Ouster's
+        `destagger`. Raises `LidarError` for patterns without rows and columns.
+        """
+        rows, columns = self._pattern.shape
+        if not rows:
+            raise LidarError(
+                f"{self._lidar.name}: this pattern has no rows and columns, so it forms no image",
+                code="wrong_shape",
+            )
+        values = self[field]
+        chosen = (self["lost"] == 0) & (self["return"] == echo)
+        missing: Any = np.nan if values.dtype.kind == "f" else 0 if values.dtype.kind == "u" else -1
+        picture = np.full((rows, columns, *values.shape[1:]), missing, values.dtype)
+        top_down = _rows_from_top(self._pattern)
+        picture[top_down[self["laser"][chosen]], self["column"][chosen]] = values[chosen]
+        if not flag("staggered", staggered):
+            for row, shift in enumerate(_pixel_shifts(self._lidar, self._pattern)):
+                picture[row] = np.roll(picture[row], shift, axis=0)
+        return picture
+
+    def _firings(self) -> Firings:
+        """Returns what the device's packets need; raises `LidarError` for devices that are not Velodyne's."""
+        lidar = self._lidar
+        return Firings(
+            lidar.name,
+            lidar.returns,
+            lidar.rate,
+            lidar.firing_cycle,
+            lidar.settings["step"],
+            self._pattern.shape,
+        )
+
+    def save(
+        self, path: str | os.PathLike[str], *, fields: Iterable[str] | None = None, in_world: bool = False
+    ) -> None:
+        """Writes the points to a file; the extension selects the format.
+
+        `.pcd` (0.7, binary), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), and `.bin` of KITTI (x, y, z and
+        intensity from 0 to 1, float32). `fields` are written besides the position (default: those that readers of the
+        format expect, and ids); with `in_world`, positions are in world coordinates. Lost pulses are not written,
+        except to .npz. `.pcap` contains the packets that a VLP-16, Puck Hi-Res, VLP-32C or HDL-32E sends in this frame.
+        Raises `LidarError` for an unknown extension or field.
+        """
+        if Path(path).suffix.lower() == ".pcap":
+            if fields is not None or in_world:
+                raise LidarError(
+                    "packets contain distances and intensities only; omit fields and in_world",
+                    code="conflicting_values",
+                )
+            write(path, pcap_bytes(self, self._firings()))
+            return
+        points = self.in_world() if flag("in_world", in_world) else self["position"]
+        save_scan(self, points, path, fields)
+
+
+def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:
+    """Returns the row of each laser in an image whose first row has the highest elevation."""
+    lasers = pattern.shape[0]
+    height = pattern.directions[:lasers, 2]
+    rows = np.empty(lasers, np.int64)
+    rows[np.argsort(-height, kind="stable")] = np.arange(lasers)
+    return rows
+
+
+def _pixel_shifts(lidar: Lidar, pattern: Pattern) -> list[int]:
+    """Returns the columns by which Ouster shifts each row to the right; raises `LidarError` for other devices."""
+    if lidar.family != "ouster":
+        raise LidarError(f"{lidar.name}: staggered=False is for Ouster's devices", code="wrong_device")
+    return lidar.pixel_shifts(pattern.shape[1])

@@ -1,0 +1,343 @@
+"""`scan`: one frame of a lidar in a world."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, flag, whole
+from ..errors import LidarError
+from .beam import beam_rays
+from .echoes import Echoes, find_echoes
+from .intensity import device_intensity
+from .lidar import Lidar
+from .paths import Contributions, trace_paths
+from .pattern import Pattern, cosines, sines
+from .pose import transform
+from .random_numbers import standard_normals, uniform_numbers
+from .scan_notices import LOST, warn_of_assumed_reflectance, warn_of_device, warn_of_empty_scan, warn_of_times
+from .scan_result import Scan
+from .surfaces import SurfaceTable
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["LOST", "scan"]
+
+LIGHT_SPEED = 299792458.0
+THRESHOLD = 5.0
+"""The detection threshold, in standard deviations of the receiver's noise."""
+RAYS_PER_BLOCK = 1 << 19
+KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
+
+Columns = dict[str, npt.NDArray[Any]]
+
+
+def scan(
+    world: World,
+    lidar: Lidar,
+    *,
+    frame: int = 0,
+    keep_lost: bool = False,
+    threads: int | None = None,
+) -> Scan:
+    """Scans `world` with one frame of `lidar`; returns a `Scan`, a mapping from names of fields to arrays.
+
+    The frame starts at the world's time (`world.at(t)`): each pulse meets the world, and leaves the lidar, as they are
+    at its own time. `frame` is the frame's number: it selects the random numbers, and the part of a pattern that does
+    not repeat. With `keep_lost`, pulses without an echo are listed too, with NaN positions and the reason in `lost`.
+
+    ================= ================ ========================================================================
+    position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
+    distance          float64 [n]      as the device counts it, in metres, with noise, rounded to its step
+    time              float64 [n]      of the pulse, in seconds from the frame's start
+    ring, laser, column  int32 [n]     ring as the manufacturer's driver numbers it; laser in firing order
+    return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
+    intensity         uint8 [n]        the device's number
+    reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
+    true_distance     float64 [n]      along the beam's axis, without noise, pulse and rounding; +inf for no hit
+    true_position     float64 [n, 3]   in the world, where the axis ends; NaN for no hit
+    instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
+    normal            float64 [n, 3]   its unit normal in the world, towards the ray
+    incidence         float32 [n]      its angle of incidence, in degrees
+    barycentric, uv   float64          as in `World.cast_rays`
+    purity            float32 [n]      that surface's share of the echo; below 1 the point lies between surfaces
+    bounces           int32 [n]        mirrors and glass faces on the way; 0: seen directly
+    first_instance    int32 [n]        the object that the beam meets first
+    pulse             int64 [n]        index of the pulse in `lidar.pattern(frame)`
+    lost              int8 [n]         0 kept, 1 nothing hit, 2 too weak, 3 too near, 4 too far, 5 reflected away by a
+                                       mirror, 6 missed by chance
+    ================= ================ ========================================================================
+
+    Ids are -1, floats NaN, for lost pulses. The same call returns the same bytes on any number of threads. Raises
+    `LidarError` if `lidar` is not a lidar, and `MemoryError` for frames that are too large.
+
+    Energy: laser radar equation for extended targets (Wagner et al. 2006); detection: 5 sigma above the noise.
+    """
+    if not isinstance(lidar, Lidar):
+        raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
+    frame = whole("frame", frame, 0, 2**31 - 1)
+    keep_lost = flag("keep_lost", keep_lost)
+    warn_of_device(lidar)
+    warn_of_times(world, lidar)
+    pattern = lidar.pattern(frame)
+    settings = lidar.settings
+    found, axis = _trace(world, lidar, pattern, settings, frame, threads)
+    echoes = find_echoes(found, settings["pulse_length"] * LIGHT_SPEED / 2.0)
+    lost, signal = _detected(pattern, echoes, settings, frame)
+    chosen = _selected(echoes, lost == KEPT, lidar)
+    columns = _columns(pattern, echoes, found, chosen, signal, axis, lidar, frame)
+    reasons = _reasons(len(pattern), echoes, lost, found, chosen)
+    if not len(chosen):
+        warn_of_empty_scan(lidar, reasons)
+    if keep_lost:
+        columns = _with_lost(pattern, columns, reasons, axis)
+    return Scan(columns, lidar=lidar, pattern=pattern, up=world.up)
+
+
+def _trace(
+    world: World, lidar: Lidar, pattern: Pattern, settings: dict[str, Any], frame: int, threads: int | None
+) -> tuple[Contributions, Columns]:
+    """Returns the contributions of all pulses, and distance and position along the beams' axes."""
+    count, samples = len(pattern), settings["beam_samples"]
+    surfaces = SurfaceTable(world)
+    turns = uniform_numbers(count, settings["seed"], frame, "beam") if samples > 1 else np.zeros(count)
+    spin = _azimuth_noise(pattern, settings, frame)
+    step = max(1, RAYS_PER_BLOCK // samples)
+    parts = []
+    for first in range(0, max(count, 1), step):
+        block = slice(first, min(count, first + step))
+        rotations, places = lidar.track.at(pattern.times[block])
+        starts, ways, weights = beam_rays(
+            pattern.origins[block],
+            _spun(pattern.directions[block], spin[block]),
+            settings["beam_width"],
+            settings["beam_divergence"],
+            samples,
+            turns[block],
+        )
+        n = len(starts)
+        turn = np.repeat(rotations, samples, axis=0)
+        origins = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3) + places[:, None]
+        directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
+        part = trace_paths(
+            world,
+            surfaces,
+            origins,
+            directions,
+            weights,
+            None if world._core.time is None else pattern.times[block],
+            max_bounces=settings["max_bounces"],
+            threads=threads,
+        )
+        part.pulse = part.pulse + first
+        parts.append(part)
+    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored)
+    found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
+    if math.isfinite(settings["visibility"] or math.inf):
+        found.energy = found.energy * np.exp(-2.0 * math.log(20.0) / settings["visibility"] * found.length)
+    return found, _along_axis(found, count)
+
+
+def _along_axis(found: Contributions, count: int) -> Columns:
+    """Returns the first surface on the axis of each pulse: its length [n] and position [n, 3] in the world."""
+    length, position = np.full(count, np.inf), np.full((count, 3), np.nan)
+    axis = np.flatnonzero(found.ray == 0)
+    first = axis[np.unique(found.pulse[axis], return_index=True)[1]]
+    length[found.pulse[first]] = found.length[first]
+    position[found.pulse[first]] = found.fields["position"][first]
+    return {"length": length, "position": position}
+
+
+def _azimuth_noise(pattern: Pattern, settings: dict[str, Any], frame: int) -> Floats:
+    """Returns the error of each pulse's azimuth in radians: one number per column, from the encoder."""
+    sigma = math.radians(settings["azimuth_noise"]) if settings["noise"] else 0.0
+    if sigma == 0.0 or not len(pattern):
+        return np.zeros(len(pattern))
+    columns = int(pattern.columns.max()) + 1
+    errors: Floats = sigma * standard_normals(columns, settings["seed"], frame, "azimuth")
+    return errors[pattern.columns]
+
+
+def _spun(directions: Floats, angles: Floats) -> Floats:
+    """Returns the directions [n, 3] turned about z by `angles` [n]."""
+    if not angles.any():
+        return directions
+    c, s = cosines(angles.tolist()), sines(angles.tolist())
+    x, y = directions[:, 0], directions[:, 1]
+    return np.stack([c * x - s * y, s * x + c * y, directions[:, 2]], axis=1)
+
+
+def _detected(
+    pattern: Pattern, echoes: Echoes, settings: dict[str, Any], frame: int
+) -> tuple[npt.NDArray[np.int8], Floats]:
+    """Returns for each echo why it is lost (0: it is not), and its signal-to-noise ratio (inf without range_10)."""
+    signal = np.full(len(echoes.pulse), np.inf)
+    if settings["range_10"] is not None:
+        signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1
+    elif len(signal):
+        signal[echoes.energy <= 0.0] = 0.0
+    lost = np.zeros(len(signal), np.int8)
+    margin = signal - THRESHOLD
+    lost[margin < 0.0] = TOO_WEAK
+    if settings["noise"] and settings["range_10"] is not None:
+        rank = _rank(echoes.pulse)
+        z = np.zeros(len(signal))
+        for echo in range(int(rank.max()) + 1 if len(rank) else 0):
+            normals = standard_normals(len(pattern), settings["seed"], frame, "detection", echo)
+            z[rank == echo] = normals[echoes.pulse[rank == echo]]
+        heard = margin + z >= 0.0
+        lost = np.where(heard, KEPT, np.where(margin < 0.0, TOO_WEAK, BY_CHANCE)).astype(np.int8)
+    counted = pattern.range_scale[echoes.pulse] * echoes.length + pattern.range_offset[echoes.pulse]
+    lost[counted < settings["min_range"]] = TOO_NEAR
+    lost[counted > settings["max_range"]] = TOO_FAR
+    return lost, signal
+
+
+def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Returns the number of each echo within its pulse, from 0."""
+    if not len(pulse):
+        return np.zeros(0, np.int64)
+    first = np.concatenate([[True], np.diff(pulse) != 0])
+    start = np.flatnonzero(first)
+    ranks: npt.NDArray[np.int64] = np.arange(len(pulse)) - np.repeat(
+        start, np.diff(np.append(start, len(pulse)))
+    )
+    return ranks
+
+
+def _selected(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) -> npt.NDArray[np.int64]:
+    """Returns the echoes that are reported, in the order of pulse and distance."""
+    at = np.flatnonzero(heard)
+    pulse = echoes.pulse[at]
+    rank = _rank(pulse)
+    last = np.append(np.diff(pulse) != 0, True) if len(pulse) else np.zeros(0, bool)
+    order = np.lexsort((at, -echoes.energy[at], pulse))
+    by_energy = np.empty(len(at), np.int64)
+    by_energy[order] = _rank(pulse[order])
+    mode = lidar.returns
+    if mode == "first":
+        chosen = rank == 0
+    elif mode == "last":
+        chosen = last
+    elif mode == "strongest":
+        chosen = by_energy == 0
+    elif mode == "all":
+        chosen = rank < lidar.max_returns
+    else:
+        # If the last echo is the strongest, the second strongest is reported as well (VLP-16 manual, 9.3.2).
+        both = np.zeros(int(pulse.max()) + 1 if len(pulse) else 0, bool)
+        both[pulse[last & (by_energy == 0)]] = True
+        chosen = (by_energy == 0) | last | (both[pulse] & (by_energy == 1))
+    picked: npt.NDArray[np.int64] = at[chosen]
+    return picked
+
+
+def _columns(
+    pattern: Pattern,
+    echoes: Echoes,
+    found: Contributions,
+    chosen: npt.NDArray[np.int64],
+    signal: Floats,
+    axis: Columns,
+    lidar: Lidar,
+    frame: int,
+) -> Columns:
+    """Returns the fields of the reported echoes."""
+    settings = lidar.settings
+    pulse, main = echoes.pulse[chosen], echoes.main[chosen]
+    scale, offset = pattern.range_scale[pulse], pattern.range_offset[pulse]
+    distance = scale * echoes.length[chosen] + offset
+    rank = _rank(pulse)
+    if settings["noise"]:
+        distance = _noisy(distance, signal[chosen], pulse, rank, len(pattern), settings, frame)
+    along = (distance - offset) / scale
+    reflectivity = (echoes.energy[chosen] * echoes.length[chosen] ** 2).astype(np.float32)
+    returns = np.bincount(pulse, minlength=len(pattern))[pulse] if len(pulse) else np.zeros(0, np.int64)
+    columns: Columns = {
+        "position": pattern.origins[pulse] + along[:, None] * pattern.directions[pulse],
+        "distance": distance,
+        "time": pattern.times[pulse],
+        "ring": pattern.rings[pulse],
+        "laser": pattern.lasers[pulse],
+        "column": pattern.columns[pulse],
+        "return": rank.astype(np.int32),
+        "returns": returns.astype(np.int32),
+        "intensity": device_intensity(lidar.family, reflectivity),
+        "reflectivity": reflectivity,
+        "true_distance": pattern.range_scale[pulse] * axis["length"][pulse] + pattern.range_offset[pulse],
+        "true_position": axis["position"][pulse],
+    }
+    for name in ("instance", "triangle", "category", "material", "normal", "incidence", "barycentric", "uv"):
+        columns[name] = found.fields[name][main]
+    columns["purity"] = echoes.purity[chosen]
+    columns["bounces"] = found.bounces[main]
+    columns["first_instance"] = found.first_instance[main]
+    columns["pulse"] = pulse
+    columns["lost"] = np.zeros(len(pulse), np.int8)
+    return columns
+
+
+def _noisy(
+    distance: Floats,
+    signal: Floats,
+    pulse: npt.NDArray[np.int64],
+    rank: npt.NDArray[np.int64],
+    pulses: int,
+    settings: dict[str, Any],
+    frame: int,
+) -> Floats:
+    """Returns the distances with noise, rounded to the device's step."""
+    with np.errstate(divide="ignore"):
+        weak = np.where(np.isfinite(signal), LIGHT_SPEED * settings["rise_time"] / (2.0 * signal), 0.0)
+    sigma = np.sqrt(settings["range_noise"] ** 2 + weak**2)
+    z = np.zeros(len(distance))
+    for echo in range(int(rank.max()) + 1 if len(rank) else 0):
+        chosen = rank == echo
+        z[chosen] = standard_normals(pulses, settings["seed"], frame, "distance", echo)[pulse[chosen]]
+    noisy = distance + sigma * z
+    step = settings["step"]
+    counted: Floats = np.round(noisy / step) * step if step > 0.0 else noisy
+    return counted
+
+
+def _reasons(
+    pulses: int,
+    echoes: Echoes,
+    lost: npt.NDArray[np.int8],
+    found: Contributions,
+    chosen: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int8]:
+    """Returns for each pulse why it has no point, from its strongest echo; 0 if it has one."""
+    reasons = np.full(pulses, NOTHING_HIT, np.int8)
+    reasons[found.deflected] = REFLECTED_AWAY
+    order = np.argsort(echoes.energy, kind="stable")
+    reasons[echoes.pulse[order]] = lost[order]
+    reasons[echoes.pulse[chosen]] = KEPT
+    return reasons
+
+
+def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8], axis: Columns) -> Columns:
+    """Returns the fields with a row for each lost pulse, in the order of pulses."""
+    gone = np.flatnonzero(reasons != KEPT)
+    rows: Columns = {}
+    for name, array in columns.items():
+        shape = (len(gone), *array.shape[1:])
+        missing: Any = np.nan if array.dtype.kind == "f" else 0 if array.dtype.kind == "u" else -1
+        rows[name] = np.full(shape, missing, array.dtype)
+    rows.update(
+        time=pattern.times[gone],
+        ring=pattern.rings[gone],
+        laser=pattern.lasers[gone],
+        column=pattern.columns[gone],
+        pulse=gone,
+        lost=reasons[gone],
+        returns=np.zeros(len(gone), np.int32),
+        true_distance=pattern.range_scale[gone] * axis["length"][gone] + pattern.range_offset[gone],
+        true_position=axis["position"][gone],
+    )
+    order = np.argsort(np.concatenate([columns["pulse"], gone]), kind="stable")
+    return {name: np.concatenate([array, rows[name]])[order] for name, array in columns.items()}

@@ -1,0 +1,131 @@
+"""Velodyne's spinning devices: each laser fires at its own time, while the azimuth advances.
+
+Sources: VLP-16 User Manual 63-9243, chapter 9; `rawdata.cpp` of ros-drivers/velodyne.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Floats
+from ..errors import LidarError
+from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+
+__all__ = ["Laser", "velodyne_pattern", "velodyne_rings"]
+
+NEAR_X, NEAR_Y, FAR = 2.4, 1.93, 25.04
+"""Distances in metres at which Velodyne's two-point corrections are measured."""
+
+
+@dataclass(frozen=True)
+class Laser:
+    """The calibration of one laser, in radians and metres, with the names of the ROS driver."""
+
+    vert_correction: float
+    """The elevation."""
+    rot_correction: float = 0.0
+    """The angle by which the beam lags behind the azimuth."""
+    dist_correction: float = 0.0
+    """The constant added to the measured distance."""
+    vert_offset_correction: float = 0.0
+    """The offset of the beam across its direction, upwards."""
+    horiz_offset_correction: float = 0.0
+    """The offset of the beam across its direction, to the left."""
+    dist_correction_x: float | None = None
+    """The distance correction of x at 2.4 m; None without two-point corrections."""
+    dist_correction_y: float | None = None
+    """The distance correction of y at 1.93 m."""
+    height: float = 0.0
+    """The height of the beam's origin above the sensor's."""
+
+
+def velodyne_rings(lasers: Sequence[Laser]) -> list[int]:
+    """Returns the ring of each laser: 0 has the lowest elevation, as in the ROS driver."""
+    order = sorted(range(len(lasers)), key=lambda laser: lasers[laser].vert_correction)
+    rings = [0] * len(lasers)
+    for ring, laser in enumerate(order):
+        rings[laser] = ring
+    return rings
+
+
+def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: float, rate: float) -> Pattern:
+    """Returns one turn: complete firing cycles of `cycle` seconds, whose laser i fires `offsets[i]` after the start.
+
+    The azimuth of the rotor is 360 degrees * rate * time, clockwise as seen from above, and 0 is x.
+    """
+    columns = math.floor(1.0 / rate / cycle)
+    check_count(columns * len(lasers))
+    times = np.arange(columns)[:, None] * cycle + np.asarray(offsets)[None, :]
+    turn = 2.0 * math.pi * rate * times
+    angles = (turn - np.array([laser.rot_correction for laser in lasers])).reshape(-1).tolist()
+    cos_a, sin_a = cosines(angles).reshape(times.shape), sines(angles).reshape(times.shape)
+    near, far = _decode(lasers, cos_a, sin_a, None), _decode(lasers, cos_a, sin_a, FAR)
+    per_metre = far - near
+    size = np.sqrt(per_metre[..., 0] ** 2 + per_metre[..., 1] ** 2 + per_metre[..., 2] ** 2)
+    start = np.array([-laser.dist_correction for laser in lasers])
+    metres = FAR - start
+    scale = metres / size
+    return grid_pattern(times, per_metre / size[..., None], near, velodyne_rings(lasers), start, scale)
+
+
+def _decode(lasers: Sequence[Laser], cos_a: Floats, sin_a: Floats, distance: float | None) -> Floats:
+    """Returns the position [columns, lasers, 3] that the driver computes for a measured distance.
+
+    None: the distance that the constant correction turns into 0. Positions are linear in the distance, also with
+    two-point corrections, whose signs are taken from `FAR`: so each beam is a line.
+    """
+    column = {name: np.array([asdict(laser)[name] for laser in lasers], dtype=float) for name in _NUMBERS}
+    cos_v = cosines(column["vert_correction"].tolist())
+    sin_v = sines(column["vert_correction"].tolist())
+    left, up, constant = (
+        column["horiz_offset_correction"],
+        column["vert_offset_correction"],
+        column["dist_correction"],
+    )
+    measured = -constant if distance is None else np.full(len(lasers), distance)
+    corrected = measured + constant
+
+    def along(length: Floats) -> tuple[Floats, Floats]:
+        flat = length * cos_v - up * sin_v
+        return flat * cos_a + left * sin_a, flat * sin_a - left * cos_a
+
+    forward, right = along(corrected)
+    far_forward, far_right = along(np.full(len(lasers), FAR) + constant)
+    more_right, more_forward = np.zeros_like(cos_a), np.zeros_like(cos_a)
+    two_point = np.array([laser.dist_correction_x is not None for laser in lasers])
+    if two_point.any():
+        at_x, at_y = np.nan_to_num(column["dist_correction_x"]), np.nan_to_num(column["dist_correction_y"])
+        x, y = right * np.sign(far_right), forward * np.sign(far_forward)
+        shift_x = (constant - at_x) * (x - NEAR_X) / (FAR - NEAR_X) + at_x - constant
+        shift_y = (constant - at_y) * (y - NEAR_Y) / (FAR - NEAR_Y) + at_y - constant
+        more_right, more_forward = np.where(two_point, shift_x, 0.0), np.where(two_point, shift_y, 0.0)
+    x = along(corrected + more_forward)[0]
+    y = -along(corrected + more_right)[1]
+    z = (corrected + more_forward) * sin_v + up * cos_v + column["height"]
+    return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1)
+
+
+_NUMBERS = tuple(Laser.__dataclass_fields__)
+
+
+def laser_from_keys(keys: dict[str, float], where: str) -> Laser:
+    """Returns the laser of a calibration file; raises `LidarError` with `where` for missing or impossible values."""
+    for name in ("vert_correction", "rot_correction"):
+        if name not in keys:
+            raise LidarError(f"{where}: key {name} is missing", code="missing_value")
+    if not abs(keys["vert_correction"]) <= math.pi / 2:
+        raise LidarError(
+            f"{where}: vert_correction is {keys['vert_correction']}; expected radians within +-pi/2 (90 degrees)",
+            code="out_of_range",
+        )
+    known = {name: value for name, value in keys.items() if name in _NUMBERS and name != "height"}
+    if not (known.get("dist_correction_x") or known.get("dist_correction_y")):
+        known.pop("dist_correction_x", None)
+        known.pop("dist_correction_y", None)
+    numbers: dict[str, Any] = known
+    return Laser(**numbers)

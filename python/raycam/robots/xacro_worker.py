@@ -1,0 +1,144 @@
+"""The process that expands a xacro file: `python -m raycam.robots.xacro_worker REQUEST`.
+
+It writes "ok", the warnings of xacro and the document, or "error" and a text, to the file `answer` of the request.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import xml.dom.expatbuilder  # noqa: F401  (imported late by xacro, like yaml)
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+import xacro
+import xacro.substitution_args
+import yaml  # noqa: F401
+
+from ..io.limited_process import apply_rlimits
+from .resolve import FileResolver, Missing
+
+__all__: list[str] = []
+
+FORBIDDEN = (
+    "ctypes.", "ftplib.", "http.", "import", "os.", "pty.", "shutil.", "signal.", "smtplib.", "socket.", "sqlite3.",
+    "subprocess.", "tempfile.", "urllib.", "winreg.",
+)  # fmt: skip
+"""First parts of the events of `sys.addaudithook` that nothing here may cause while a file is expanded."""
+HARMLESS = ("os.listdir", "os.scandir")
+
+
+class Refused(BaseException):
+    """Something that a description must not do. Not an `Exception`, so that xacro does not catch it."""
+
+
+class Guard:
+    """Confines this process to reading files in folders, from `start` on."""
+
+    def __init__(self, roots: list[Path]) -> None:
+        self.roots = [os.path.realpath(root) for root in roots]
+        self._is_active = False
+        sys.addaudithook(self._check)
+
+    def start(self) -> None:
+        """Begins to refuse other files, processes, connections and imports."""
+        self._is_active = True
+
+    def stop(self) -> None:
+        """Allows the answer to be written."""
+        self._is_active = False
+
+    def _check(self, event: str, arguments: tuple[Any, ...]) -> None:
+        if not self._is_active:
+            return
+        if event == "open":
+            path, mode, flags = arguments
+            flags_write = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+            writes = bool(set(mode) & set("wax+")) if mode else bool(int(flags or 0) & flags_write)
+            real = os.path.realpath(os.fsdecode(path)) if isinstance(path, str | bytes) else str(path)
+            if writes or not any(Path(real).is_relative_to(root) for root in self.roots):
+                self._refuse(f"opening {real} is not allowed; only files in {', '.join(self.roots)} are read")
+        elif event.startswith(FORBIDDEN) and event not in HARMLESS:
+            self._refuse(f"{event} {arguments[:1]} is not allowed in a robot description")
+
+    def _refuse(self, text: str) -> None:
+        self._is_active = False  # the answer is written next
+        raise Refused(text)
+
+
+def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
+    """Returns the document of the request, and the warnings."""
+    path = Path(request["path"])
+    files = FileResolver(path, request["folder"], request["packages"])
+    guard = Guard([files.root, *files.packages])
+    found: dict[str, Path] = {}
+
+    def find(package: str) -> str:
+        try:
+            found[package] = files.package_folder(package)
+        except Missing as reason:
+            raise xacro.substitution_args.SubstitutionException(str(reason)) from None
+        guard.roots.append(os.path.realpath(found[package]))
+        return os.fspath(found[package])
+
+    warnings: list[str] = []
+    _replace_messages(warnings)
+    xacro.substitution_args._eval_find = find
+    os.environ.clear()
+    guard.start()
+    try:
+        document: str = xacro.process_file(os.fspath(path), mappings=request["arguments"]).toxml()
+    finally:
+        guard.stop()
+    # Folders that $(find) returned are named as packages again, so that their meshes are searched in the same way.
+    for package, folder in found.items():
+        for prefix in (f"file://{folder}/", f"{folder}/"):
+            document = document.replace(f'"{escape(prefix)}', f'"package://{package}/')
+    return document, warnings
+
+
+def _replace_messages(warnings: list[str]) -> None:
+    """Collects xacro's warnings instead of printing them."""
+
+    def collect(*parts: object, **_: object) -> None:
+        warnings.append(" ".join(map(str, parts)).replace("\n", " "))
+
+    ignore: Callable[..., None] = lambda *parts, **_: None  # noqa: E731
+    for module in (xacro, getattr(xacro, "color", xacro)):
+        module.warning, module.error = collect, collect
+        module.message = ignore
+
+
+def _location() -> str:
+    """The files that are being read, innermost first."""
+    stack = [str(name) for name in reversed(xacro.filestack or []) if name]
+    return f" (in {', included from '.join(stack)})" if stack else ""
+
+
+def main(request: dict[str, Any]) -> None:
+    """Writes the answer to a request."""
+    limits = request["limits"]
+    apply_rlimits(limits["memory"], limits["seconds"], limits["bytes"])
+    try:
+        document, warnings = expand(request)
+        answer = "ok\n" + "\n".join(warnings) + "\0" + document
+    except MemoryError:
+        answer = f"error\nthe expansion needs more than {limits['memory']} bytes of memory"
+    except (Refused, Exception) as error:
+        cause = getattr(error, "exc", None) or error
+        if isinstance(cause, MemoryError):
+            answer = f"error\nthe expansion needs more than {limits['memory']} bytes of memory{_location()}"
+        else:
+            text = " ".join(str(error).split())
+            answer = f"error\n{type(cause).__name__}: {text}{_location()}"
+    data = answer.encode("utf-8", "replace")
+    if len(data) > limits["bytes"]:
+        data = f"error\nthe expanded file is too large; the limit is {limits['bytes']} bytes".encode()
+    Path(request["answer"]).write_bytes(data)
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

@@ -1,0 +1,123 @@
+"""The commands `raycam scan` and `raycam lidars`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.cli import main
+
+STREET = """
+[[object]]
+name = "road"
+plane = { size = [60, 60] }
+color = [0.5, 0.5, 0.5]
+
+[[object]]
+name = "car"
+box = { size = [4, 2, 1.5] }
+location = [10, 0, 0.75]
+color = [0.5, 0.5, 0.5]
+
+[video]
+seconds = 1
+
+[[video.keyframe]]
+time = 0
+object = "car"
+location = [10, 0, 0.75]
+
+[[video.keyframe]]
+time = 1
+object = "car"
+location = [14, 0, 0.75]
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "street.toml").write_text(STREET, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+
+
+def test_scan_writes_the_points_of_the_python_call(capsys: pytest.CaptureFixture[str]) -> None:
+    options = [
+        "--location",
+        "0",
+        "0",
+        "1.8",
+        "--yaw",
+        "20",
+        "--at",
+        "0.5",
+        "--returns",
+        "last",
+        "--rate",
+        "20",
+    ]
+    assert main(["scan", "street.toml", "--lidar", "vlp16", "-o", "a.npz", *options]) == 0
+    lidar = raycam.Lidar("vlp16", rate=20, returns="last").placed([0, 0, 1.8], yaw=20)
+    expected = raycam.scan(raycam.load("street.toml").at(0.5), lidar)
+    with np.load("a.npz") as arrays:
+        for name in expected:
+            np.testing.assert_array_equal(arrays[name], expected[name])
+    assert f"a.npz: {expected.count} points" in capsys.readouterr().out
+
+
+def test_scan_writes_the_requested_fields_in_world_coordinates() -> None:
+    command = [
+        "scan",
+        "street.toml",
+        "--lidar",
+        "vlp16",
+        "--location",
+        "0",
+        "0",
+        "1.8",
+        "--at",
+        "0",
+        "--no-noise",
+    ]
+    assert main([*command, "-o", "a.csv", "--fields", "ring", "instance", "--in-world"]) == 0
+    table = np.genfromtxt("a.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("x", "y", "z", "ring", "instance")
+    np.testing.assert_allclose(table["z"][table["instance"] == 0], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "facts"),
+    [
+        (["--lidar", "vlp61"], ["vlp61", "vlp16", "raycam lidars"]),
+        (["--lidar", "missing.json"], ["missing.json"]),
+        (["--lidar", "vlp16", "--rate", "50"], ["50", "5 to 20"]),
+        (["--lidar", "vlp16", "-o", "a.xyz"], [".xyz", ".pcd"]),
+        (["--lidar", "vlp16", "--animation", "walk"], ["--at"]),
+        (["--lidar", "vlp16", "--fields", "rings"], ["rings", "ring"]),
+    ],
+)
+def test_impossible_scans_are_refused(
+    options: list[str], facts: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", "street.toml", "--location", "0", "0", "1", *options]) != 0
+    text = capsys.readouterr().err
+    for fact in facts:
+        assert fact in text
+
+
+def test_notices_of_a_scan_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        main(["scan", "street.toml", "--lidar", "pandar64", "--location", "0", "0", "1", "-o", "a.pcd"]) == 0
+    )
+    text = capsys.readouterr().err
+    assert "generic angles" in text
+    assert "world.at" in text or "--at" in text
+
+
+def test_lidars_are_listed_and_described(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lidars"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == raycam.lidar.device_names()
+    assert main(["lidars", "os1-64"]) == 0
+    assert "range_10: 40 metres" in capsys.readouterr().out

@@ -1,0 +1,113 @@
+"""Files of point clouds, read back with the libraries that people use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+import raycam
+import trimesh
+from pypcd4 import PointCloud
+
+
+@pytest.fixture(scope="module")
+def scan(yard: raycam.World) -> raycam.Scan:
+    lidar = raycam.Lidar("vlp16", returns="dual", beam_samples=7, beam_divergence=3e-3)
+    return raycam.scan(yard, lidar.placed([0, 0, 1.8], yaw=30))
+
+
+def test_pcd_is_read_by_pypcd4(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "scan.pcd")
+    cloud = PointCloud.from_path(tmp_path / "scan.pcd")
+    assert cloud.fields == ("x", "y", "z", "intensity", "ring", "time", "return", "instance", "category")
+    data = cloud.pc_data
+    for i, axis in enumerate("xyz"):
+        np.testing.assert_array_equal(data[axis], scan["position"][:, i].astype(np.float32))
+    for name in ("intensity", "ring", "time", "return", "instance", "category"):
+        np.testing.assert_array_equal(data[name], scan[name])
+
+
+def test_ply_is_read_by_trimesh(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "scan.ply", fields=["ring", "normal"])
+    cloud = trimesh.load(tmp_path / "scan.ply")
+    np.testing.assert_array_equal(cloud.vertices, scan["position"].astype(np.float32))
+    vertex = cloud.metadata["_ply_raw"]["vertex"]
+    assert list(vertex["properties"]) == ["x", "y", "z", "ring", "normal_x", "normal_y", "normal_z"]
+    np.testing.assert_array_equal(vertex["data"]["ring"].reshape(-1), scan["ring"])
+
+
+def test_las_is_read_by_laspy(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "scan.las", in_world=True)
+    las = laspy.read(tmp_path / "scan.las")
+    assert (str(las.header.version), las.header.point_format.id) == ("1.4", 6)
+    np.testing.assert_allclose(las.xyz, scan.in_world(), atol=0.51e-4)
+    np.testing.assert_array_equal(las.return_number, scan["return"] + 1)
+    np.testing.assert_array_equal(las.number_of_returns, scan["returns"])
+    np.testing.assert_array_equal(las.gps_time, scan["time"])
+    np.testing.assert_array_equal(las.intensity, scan["intensity"].astype(int) * 257)
+    for name in ("instance", "category", "ring"):
+        np.testing.assert_array_equal(las[name], scan[name])
+    np.testing.assert_allclose(las.header.mins, las.xyz.min(axis=0), atol=1e-4)
+    np.testing.assert_allclose(las.header.maxs, las.xyz.max(axis=0), atol=1e-4)
+    assert las.header.number_of_points_by_return[:2].tolist() == [(scan["return"] == i).sum() for i in (0, 1)]
+
+
+def test_kitti_bin_has_reflectance_from_0_to_1(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "scan.bin")
+    rows = np.fromfile(tmp_path / "scan.bin", np.float32).reshape(-1, 4)
+    np.testing.assert_array_equal(rows[:, :3], scan["position"].astype(np.float32))
+    np.testing.assert_allclose(rows[:, 3], scan["intensity"] / 255, rtol=1e-6)
+
+
+def test_csv_and_npz_restore_every_bit(scan: raycam.Scan, tmp_path: Path) -> None:
+    scan.save(tmp_path / "scan.csv", fields=["time", "ring"])
+    table = np.genfromtxt(tmp_path / "scan.csv", delimiter=",", names=True)
+    np.testing.assert_array_equal(table["x"], scan["position"][:, 0])
+    np.testing.assert_array_equal(table["time"], scan["time"])
+    scan.save(tmp_path / "scan.npz")
+    with np.load(tmp_path / "scan.npz") as arrays:
+        assert set(arrays) == set(scan)
+        for name in scan:
+            np.testing.assert_array_equal(arrays[name], scan[name])
+
+
+@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin"])
+def test_lost_pulses_are_not_written(extension: str, yard: raycam.World, tmp_path: Path) -> None:
+    lidar = raycam.Lidar("vlp16", noise=False).placed([0, 0, 1.8])
+    with_lost, without = (raycam.scan(yard, lidar, keep_lost=keep) for keep in (True, False))
+    assert with_lost.count > without.count
+    with_lost.save(tmp_path / f"a{extension}")
+    without.save(tmp_path / f"b{extension}")
+    assert (tmp_path / f"a{extension}").read_bytes() == (tmp_path / f"b{extension}").read_bytes()
+
+
+@pytest.mark.parametrize("extension", [".pcd", ".ply", ".las", ".csv", ".bin", ".npz"])
+def test_scan_without_points_is_a_valid_file(extension: str, tmp_path: Path) -> None:
+    with pytest.warns(raycam.Notice):
+        scan = raycam.scan(raycam.World(), raycam.Lidar("os1-16"))
+    scan.save(tmp_path / f"empty{extension}")
+    assert (tmp_path / f"empty{extension}").exists()
+    if extension == ".las":
+        assert len(laspy.read(tmp_path / "empty.las").points) == 0
+    if extension == ".pcd":
+        assert PointCloud.from_path(tmp_path / "empty.pcd").points == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "code"),
+    [
+        ("a.xyz", None, "unknown_format"),
+        ("a.pcd", ["rings"], "unknown_name"),
+        ("a.pcd", "ring", "wrong_type"),
+        ("a.bin", ["ring"], "cannot_write"),
+    ],
+)
+def test_unknown_formats_and_fields_are_refused(
+    scan: raycam.Scan, tmp_path: Path, name: str, fields: object, code: str
+) -> None:
+    with pytest.raises(raycam.LidarError) as caught:
+        scan.save(tmp_path / name, fields=fields)  # type: ignore[arg-type]
+    assert caught.value.code == code
+    assert not (tmp_path / name).exists()

@@ -1,0 +1,37 @@
+"""Patterns of all devices and families."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import raycam
+from raycam.lidar import device_names
+from raycam.lidar.pattern import MAX_PULSES
+
+
+@pytest.mark.parametrize("name", device_names())
+def test_every_device_has_a_pattern_of_unit_vectors_within_its_frame(name: str) -> None:
+    lidar = raycam.Lidar(name)
+    pattern = lidar.pattern()
+    np.testing.assert_allclose(np.linalg.norm(pattern.directions, axis=1), 1, atol=1e-12)
+    assert pattern.times.min() >= 0
+    assert pattern.times.max() < 1 / lidar.rate + 1e-4
+    assert len(pattern) == len(pattern.rings) == len(pattern.columns) == len(pattern.range_scale)
+    assert lidar.sources, "each device lists the sources of its numbers"
+
+
+def test_golden_pattern_covers_the_field_of_view_evenly() -> None:
+    """Equal areas of the sphere have equal numbers of pulses."""
+    pattern = raycam.Lidar("livox-hap").pattern()
+    up = pattern.directions[:, 2]
+    azimuth = np.arctan2(pattern.directions[:, 1], pattern.directions[:, 0])
+    counts, _, _ = np.histogram2d(up, azimuth, bins=(6, 8))
+    expected = len(pattern) / 48
+    assert np.abs(counts / expected - 1).max() < 0.05
+
+
+def test_frame_with_too_many_pulses_is_refused_before_memory_is_taken() -> None:
+    lidar = raycam.Lidar("livox-mid40", rate=1e-4, force_rate=True)
+    with pytest.raises(MemoryError, match=r"1000000000 pulses.* GiB"):
+        lidar.pattern()
+    assert MAX_PULSES < 10**9

@@ -1,0 +1,95 @@
+// Sets a figure of the lecture to given states and returns the texts that it shows: its modules run as in the page, with
+// elements and canvases that only remember what they are given.
+
+class Box {
+  constructor(tag) {
+    Object.assign(this, { tag, children: [], attributes: {}, dataset: {}, listeners: {}, own: "", value: "", clientWidth: 640, clientHeight: 400 });
+    this.style = { setProperty() {} };
+    this.classList = { add() {}, remove() {}, toggle() {} };
+  }
+  append(...parts) { this.children.push(...parts); }
+  prepend(...parts) { this.children.unshift(...parts); }
+  replaceChildren(...parts) { this.children = parts; }
+  insertBefore(part) { this.children.push(part); }
+  setAttribute(name, value) { this.attributes[name] = value; }
+  addEventListener(kind, act) { (this.listeners[kind] ||= []).push(act); }
+  say(kind, event = {}) { for (const act of this.listeners[kind] || []) act(event); }
+  getContext() { return CTX; }
+  set textContent(text) { [this.own, this.children] = [text, []]; }
+  get textContent() { return this.children.length ? this.children.map((part) => (part instanceof Box ? part.textContent : part)).join("") : this.own; }
+  get valueAsNumber() { return Number(this.value); }
+  all(tag) { return this.children.flatMap((part) => (part instanceof Box ? [...(part.tag === tag ? [part] : []), ...part.all(tag)] : [])); }
+}
+
+const CTX = new Proxy({}, { get: (_, name) => (name === "measureText" ? (text) => ({ width: 7.5 * text.length }) : () => {}), set: () => true });
+globalThis.document = { createElement: (tag) => new Box(tag), documentElement: { dataset: {} } };
+globalThis.getComputedStyle = () => ({ getPropertyValue: () => "black", fontFamily: "" });
+globalThis.matchMedia = () => ({ matches: true });
+globalThis.requestAnimationFrame = (act) => act();
+globalThis.devicePixelRatio = 1;
+globalThis.IntersectionObserver = globalThis.ResizeObserver = class { observe() {} };
+
+/** Pictures that answer as the core would: `answers[key]` makes what the figure receives. */
+function picturesOf(answers) {
+  const asked = {};
+  return {
+    request(key, wanted, receivers) {
+      const text = JSON.stringify(wanted);
+      if (asked[key] === text) return;
+      asked[key] = text;
+      answers[key]?.(receivers, wanted);
+    },
+  };
+}
+
+/** The texts of a figure in each state: { numbers, sliders: shares of their ranges, choices, clicks }. */
+function textsOf(name, states, answers = {}) {
+  const shared = new Shared();
+  shared.point = () => {};
+  const host = new Box("figure");
+  host.dataset.figure = name;
+  const fig = new Figure(host, shared, picturesOf(answers));
+  FIGURES[name](fig);
+  const inputs = host.all("input");
+  const groups = host.all("div").filter(({ attributes }) => attributes.role === "group").map((group) => group.children.filter(({ tag }) => tag === "button"));
+  const buttons = host.all("button");
+  return states.map(({ numbers, sliders, choices = [], clicks = {} }) => {
+    fig.isVisible = false;
+    Object.assign(shared.numbers, structuredClone(numbers));
+    shared.changed();
+    const values = inputs.map((input, i) => {
+      const { min, max, step } = Object.fromEntries(Object.entries(input.attributes).map(([key, value]) => [key, Number(value)]));
+      const steps = Math.round((sliders[i] * (max - min)) / step);
+      input.value = String(Number((min + step * steps).toFixed(6)));
+      input.say("input");
+      return input.valueAsNumber;
+    });
+    choices.forEach((choice, i) => groups[i][choice].say("click"));
+    for (const [text, count] of Object.entries(clicks)) for (let i = 0; i < count; i++) buttons.find((button) => button.textContent === text).say("click");
+    fig.isVisible = true;
+    fig.update();
+    return {
+      numbers: structuredClone(shared.numbers), values,
+      outputs: host.all("output").map(({ textContent }) => textContent),
+      lines: host.all("div").filter(({ attributes }) => attributes.class === "readout").flatMap(({ children }) => children.map(({ textContent }) => textContent)),
+      tables: host.all("table").map((table) => table.all("td").map(({ textContent }) => textContent)),
+      labels: host.all("canvas").map(({ dataset }) => JSON.parse(dataset.labels)),
+    };
+  });
+}
+
+/** The lines of the crossings' figure after each list of keys, pressed with Shift; `button` is clicked at the end. */
+function crossingTexts(moves, button = "") {
+  const shared = new Shared();
+  const host = new Box("figure");
+  const fig = new Figure(host, shared, picturesOf({}));
+  FIGURES.crossings(fig);
+  fig.isVisible = true;
+  const [canvas] = host.all("canvas");
+  return moves.map((keys) => {
+    for (const key of keys) canvas.say("keydown", { key, shiftKey: true, preventDefault() {} });
+    if (button) host.all("button").find(({ textContent }) => textContent === button).say("click");
+    fig.update();
+    return host.all("div").find(({ attributes }) => attributes.class === "readout").children.map(({ textContent }) => textContent);
+  });
+}
