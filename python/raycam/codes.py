@@ -1,4 +1,4 @@
-"""Codes of notices and errors, with the cause of each and what to do about it."""
+"""Codes of notices and errors, with their causes and remedies."""
 
 from __future__ import annotations
 
@@ -89,6 +89,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "overlapping_objects": Code(
+        "A robot's link overlaps another object.",
+        "Move the robot or the object, or change the robot's joints.",
+    ),
     "xacro_warning": Code(
         "xacro printed a warning while it expanded a robot's file.",
         "Correct the file as the warning says.",
@@ -153,6 +157,10 @@ _OWN_NOTICES = {
         "Several faces share the same texels, because islands of the texture coordinates overlap.",
         "Unwrap the mesh without overlaps.",
     ),
+    "faces_without_texels": Code(
+        "Faces have no texels, because xatlas did not unwrap them.",
+        'Use atlas="cells", or repair the mesh.',
+    ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
         "Use the size that the message contains.",
@@ -184,9 +192,53 @@ _OWN_ERRORS = {
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
     ),
+    "no_volume": Code(
+        "An object that should fall encloses no volume.",
+        "Use a mesh with thickness.",
+    ),
+    "not_settled": Code(
+        "Objects did not come to rest without penetrating each other, within their target.",
+        "Use fewer objects, more room, more time or another seed.",
+    ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
+    ),
+    "workers_lost": Code(
+        "The connection to a job's workers was lost.",
+        "Start the workers again and repeat the command; finished frames are kept.",
+    ),
+    "cluster_unreachable": Code(
+        "No Dask scheduler answers at the address, or the scheduler has stopped.",
+        "Start the scheduler, and check the address and the network.",
+    ),
+    "cannot_listen": Code(
+        "The live view cannot use the requested address or port.",
+        "Use another port, or omit it for the next free one.",
+    ),
+    "read_only": Code(
+        "An object, list or view that is read-only was changed.",
+        "Use the method that the message names; a view is started with edit=True.",
+    ),
+    "nothing_to_undo": Code(
+        "There is no edit to undo or redo.",
+        "No action is needed.",
+    ),
+    "no_samples": Code(
+        "The image of the live view has no samples yet.",
+        "Save it when the view is at rest.",
+    ),
+    "changed_file": Code(
+        "A world file, or a file that it names, has changed since it was opened.",
+        "Open the file again, or save the world as GLB.",
+    ),
+    "failed_command": Code(
+        "A command of raycam demo failed.",
+        "Read the error that the command printed.",
+    ),
+    "failed_selftest": Code(
+        "The installed renderer returns other results than the reference renderer.",
+        "Reinstall raycam, and report the output of raycam doctor if the test fails again.",
     ),
     "photograph_size": Code(
         "A photograph does not have its camera's size.",
@@ -198,7 +250,7 @@ _OWN_ERRORS = {
     ),
     "missing_texture_coordinates": Code(
         "The object has no texture coordinates.",
-        "Unwrap it in another program, such as Blender.",
+        'Unwrap it with atlas="xatlas" (--atlas xatlas), or in another program such as Blender.',
     ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",

@@ -7,7 +7,7 @@ use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::notice::Notice;
-use crate::texture::{Image, Texture, Wrap};
+use crate::texture::{ColorUse, Image, Texture, Wrap};
 use crate::up::Up;
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
@@ -48,18 +48,18 @@ pub trait AssetLoader {
     /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
-    /// The image file of this name.
+    /// The image file of this name. Integers in images of colours are in sRGB, all others are linear.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, Self::Error>;
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, Self::Error>;
 
     /// The image file of this name as an environment: it repeats around the horizon, and ends at the poles.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
     fn environment(&mut self, file: &str) -> Result<Arc<Image>, Self::Error> {
-        Ok(self.texture(file, [Wrap::Repeat, Wrap::Clamp])?.image)
+        Ok(self.texture(file, [Wrap::Repeat, Wrap::Clamp], ColorUse::Color)?.image)
     }
 
     /// The IES file of this name.
@@ -99,7 +99,7 @@ impl AssetLoader for NoAssets {
         Err(SceneError::world(format!("mesh {file:?}: files cannot be read here")))
     }
 
-    fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture> {
+    fn texture(&mut self, file: &str, _wrap: [Wrap; 2], _color_use: ColorUse) -> Result<Texture> {
         Err(SceneError::world(format!("texture {file:?}: files cannot be read here")))
     }
 

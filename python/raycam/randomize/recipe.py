@@ -1,8 +1,8 @@
-"""Randomised worlds. A recipe is a world file with random values, randomly placed objects and cameras that show them.
+"""Randomised worlds: a recipe is a world file with random values, objects and camera poses.
 
 world = raycam.sample("table.recipe.toml", 17)
 
-World number 17 is a function of the recipe, its seed and 17.
+World 17 depends only on the recipe, its seed and the number 17.
 """
 
 from __future__ import annotations
@@ -31,13 +31,14 @@ from ..world.load import load
 from .backgrounds import BackgroundFolder
 from .calibrated import calibrated
 from .draws import ONE_OF, RandomStream, RejectedSample, check_known_keys
+from .drop import Drop, settle_drops
 from .placement import ConvexPrism, PlacementSampler
 from .views import place_camera
 
 __all__ = ["Recipe", "sample"]
 
-PLACE_KEYS = ("on", "gap", "count")
-"""Keys of an object in a recipe that a world file does not have."""
+PLACE_KEYS = ("on", "gap", "drop", "physics")
+"""Object keys, in addition to `count`, that only recipes support."""
 MAX_FILE_BYTES = 16 << 20
 MAX_OBJECTS = 100_000
 GEOMETRY = (
@@ -47,32 +48,36 @@ GEOMETRY = (
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
-"""Samples of a world before an error is raised."""
+"""Number of attempts to sample a world before an error is raised."""
 
 
 class Recipe:
     """A recipe for randomised worlds.
 
-    `recipe` is the path of a .toml file, or the same as a dict, whose files are then in `folder`. A recipe is a world
-    file with these additions:
+    `recipe` is the path of a .toml file, or a dict with the same keys, whose files are in `folder`. A recipe is a
+    world file with these additions:
 
     * A draw may replace any value of an object, a light, a camera and of [render]:
       `{ uniform = [low, high] }` (numbers, or lists of them), `{ log_uniform = [low, high] }`,
       `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
     * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
     * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
-    * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
-      lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
-      with `on` only stand on objects without.
-    * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
-      with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
-      whose file does not state it.
+    * `on` places an object on another one, by name: at a random position, with a random rotation about the up axis, its
+      lowest point on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means any object.
+      Objects with `on` are placed only on objects without `on`.
+    * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
+      of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
+      object has the properties that `raycam.settle` accepts.
+    * `calibration = "calib.yaml"` in a [[camera]] provides size, K and lens from that file (from its camera with the
+      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` is the lens model
+      of coefficients whose model the file does not specify.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
-    * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
-      each world, cut to the frame (`fit = "cover"`); with `fit = "exact"`, they are photographs of the cameras' size.
-    * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
-    * `seed` (0).
+    * `background = { folder = "photos" }`, or the folder's name, gives each camera of each world a random background
+      from the folder, cropped to the frame (`fit = "cover"`); with `fit = "exact"`, the images must have the cameras'
+      size.
+    * `world` is another world file, glTF or mesh in the same folder, to which the recipe's contents are added.
+    * `seed` (0) of the random numbers.
 
     Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
     """
@@ -149,22 +154,22 @@ class Recipe:
 
     @cached_property
     def backgrounds(self) -> BackgroundFolder | None:
-        """The pictures that are laid behind cameras; None without `background`."""
+        """The folder of background images; None without `background`."""
         given = self.description.get("background")
         return None if given is None else BackgroundFolder(given, self.folder)
 
     def background(self, number: int, camera: str) -> Background | None:
-        """The picture behind a camera of world `number`, by its name; None without `background`."""
+        """Returns the background of a camera, by name, of world `number`; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.background(self._behind(number, camera))
 
     def background_name(self, number: int, camera: str) -> str | None:
-        """The name of `background`'s picture in the folder of backgrounds."""
+        """Returns the name of the image of `background`; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of the picture behind a camera, whatever else is drawn again."""
+        """The random stream of the image behind a camera, whatever else is drawn again."""
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -174,7 +179,7 @@ class Recipe:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories that the worlds may have, by id; whole numbers are their own ids, names get free ones."""
+        """The categories that may occur in the worlds, by id; a whole number is its own id, names get unused ids."""
         found = dict(self._base.categories) if self._base is not None else {}
         names = [str(value) for value in _values(self.description["object"], "category")]
         for name in names:
@@ -187,7 +192,7 @@ class Recipe:
 
     @property
     def files(self) -> dict[str, str]:
-        """The SHA-256 of every named file in the folder; meshes and worlds include the files that they name."""
+        """The SHA-256 of each file that the recipe uses, including the files of its meshes and worlds."""
         found: dict[str, str] = {}
         for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
             for name in _values(self.description, key):
@@ -212,9 +217,9 @@ class Recipe:
                 )
 
     def world(self, number: int) -> World:
-        """World `number`, from 0, independent of other worlds.
+        """Returns world `number`, from 0, which is independent of other worlds.
 
-        If an object has no room or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
+        If an object has no space or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
 
         Raises the errors of `World.from_dict`, and `WorldError` if no attempt succeeds.
         """
@@ -235,7 +240,7 @@ class Recipe:
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
-        """The world with pictures behind its cameras that have none, but for those of rigs."""
+        """The world with images behind its cameras that have none, but for those of rigs."""
         if self.backgrounds is not None:
             mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
             for name, camera in world.cameras.items():
@@ -247,8 +252,21 @@ class Recipe:
         """Builds the world of a random stream; may raise `RejectedSample`."""
         still: list[dict[str, Any]] = []
         placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]] = []
+        dropped: list[tuple[dict[str, Any], Drop]] = []
+        fixed: dict[str, dict[str, Any]] = {}
         for item, place in self._rows("object", draw):
-            how = {key: item.pop(key) for key in PLACE_KEYS[:2] if key in item}
+            how = {key: item.pop(key) for key in PLACE_KEYS if key in item}
+            what = f"object {item.get('name', '')!r}"
+            if "drop" in how:
+                if how.keys() & {"on", "gap"} or item.keys() & {"location", "instance_of"}:
+                    raise WorldError(
+                        f"{what}: on, gap, location and instance_of cannot be used with drop",
+                        code="conflicting_values",
+                    )
+                dropped.append((item, Drop(how["drop"], how.get("physics", {}), what)))
+                continue
+            if "physics" in how:
+                fixed[_named(item, what)] = how.pop("physics")
             if "on" in how:
                 placed.append((item, how, place))
             elif how:
@@ -259,7 +277,12 @@ class Recipe:
             else:
                 still.append(item)
         world = self._begun(draw, still)
-        self._place_objects(world, placed)
+        first: dict[str, str] = {}
+        self._place_objects(world, placed, first)
+        names = [self._add_shared(world, item, first) for item, _ in dropped]
+        settle_drops(
+            world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw
+        )
         for light, _ in self._rows("light", draw):
             _core.world_add_light(world._core, plain(light), self.folder)
         for camera, place in self._rows("camera", draw):
@@ -307,10 +330,12 @@ class Recipe:
         return _core.world_add_object(world._core, plain(item), self.folder)
 
     def _place_objects(
-        self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]]
+        self,
+        world: World,
+        placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]],
+        first: dict[str, str],
     ) -> None:
         placer = PlacementSampler(world) if placed else None
-        first: dict[str, str] = {}
         for item, how, place in placed:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
             if "location" in item or "instance_of" in item:
@@ -332,17 +357,25 @@ class Recipe:
                 raise WorldError(f"{what}: {fault}", code=fault.code) from None
             pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
-            style = row.keys() - {*GEOMETRY, "name", "category"}
-            # Objects of one shape share a mesh, unless they would inherit the first one's appearance.
-            key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
-            if (
-                key in first
-                and "category" in row
-                and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
-            ):
-                row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
-            number = self._add(world, {**row, "matrix": product(pose, matrix).tolist()})
-            first.setdefault(key, world.objects[number].name)
+            self._add_shared(world, {**row, "matrix": product(pose, matrix).tolist()}, first)
+
+    def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:
+        """Adds an object, and returns its name. Objects of one shape share a mesh, unless they would inherit the first
+        one's appearance; `first` has the names of objects by shape.
+        """
+        row = {key: value for key, value in item.items() if key not in POSE}
+        style = row.keys() - {*GEOMETRY, "name", "category"}
+        key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+        if (
+            key in first
+            and "category" in row
+            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+        ):
+            row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
+        number = self._add(world, {**row, **_select_keys(item, POSE)})
+        name = world.objects[number].name
+        first.setdefault(key, name)
+        return name
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
@@ -391,9 +424,9 @@ def sample(
     seed: int | None = None,
     folder: str | os.PathLike[str] = ".",
 ) -> World:
-    """World `number` of a recipe; see `Recipe`, which is faster for many worlds.
+    """Returns world `number` of a recipe; for many worlds, `Recipe` is faster.
 
-    The same recipe, seed and number give the same world on every machine, up to the last bits of the machine's sine and
+    The same recipe, seed and number produce the same world on every machine, except for the last bits of sine and
     cosine. Raises the errors of `Recipe` and `Recipe.world`.
     """
     if isinstance(recipe, Recipe):
@@ -411,6 +444,13 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise FormatError(f"{path}: no TOML: {fault}") from None
+
+
+def _named(item: Mapping[str, Any], what: str) -> str:
+    """The name of an object with `physics`."""
+    if not isinstance(item.get("name"), str):
+        raise WorldError(f"{what}: an object with physics needs a name", code="missing_value")
+    return str(item["name"])
 
 
 def _select_keys(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
 from ..explanation.lens import world_at_line
+from ..explanation.page_figure import page_figure
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
@@ -27,7 +28,7 @@ def values_at(
 
     `names` are those of the world's objects.
 
-    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
+    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole image.
     """
     seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
     channels = {name: array[0, 0] for name, array in seen.items()}
@@ -105,7 +106,8 @@ def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Li
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
     parts = {
         "text": str(explanation),
-        "svg": explanation.svg(),
+        "svg": "",
+        "figure": page_figure(explanation),
         "sections": [
             {
                 "title": "The light",

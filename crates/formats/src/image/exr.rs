@@ -12,12 +12,12 @@ use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use ::image::metadata::Orientation;
-use raycam_scene::{Image, NoticeCode};
+use raycam_scene::{ColorUse, Image, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::image::cube_map;
-use crate::image::decoder::{ColorUse, Decoder, MAX_UNBACKED_BYTES};
+use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES};
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, stand_in};
 
