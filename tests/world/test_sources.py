@@ -77,7 +77,7 @@ def test_gltf_bytes_with_embedded_buffers_are_read() -> None:
 
 def test_gltf_bytes_that_name_files_are_refused() -> None:
     files = BOX.export(file_type="gltf")
-    with raises(raycam.Error):
+    with raises(OSError, mentions=["gltf_buffer_0.bin"]):
         raycam.load(files["model.gltf"])
 
 

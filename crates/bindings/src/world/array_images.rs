@@ -157,7 +157,7 @@ impl AssetLoader for FilesAndArrays<'_> {
     }
 
     fn environment(&mut self, file: &str) -> Result<Arc<Image>, FormatError> {
-        let Some(image) = self.arrays.image_named(file) else { return self.files.environment(file) };
+        let Some(image) = self.arrays.image_named(file, ColorUse::Color) else { return self.files.environment(file) };
         self.files.check_environment_shape("the environment's array", image.size);
         Ok(image)
     }
