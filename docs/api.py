@@ -25,7 +25,7 @@ SECTIONS: dict[str, list[str]] = {
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility"),
         *("texture_from_photos", "PhotoTexture", "bake", "BakedMaps"),
-        *("photos.coverage_world", "photos.coverage_picture"),
+        *("photos.PhotographFit", "photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],
     "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],

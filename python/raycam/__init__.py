@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
     from .viewer.viewer import Viewer, view
+    from .world.settle import Settled, settle
 
 __all__ = [
     "FORMATS",
@@ -80,6 +81,7 @@ __all__ = [
     "SelfCheck",
     "Sensor",
     "SettingsError",
+    "Settled",
     "SurfaceVisibility",
     "Texture",
     "Topology",
@@ -109,6 +111,7 @@ __all__ = [
     "save_cameras",
     "scan",
     "selfcheck",
+    "settle",
     "strict",
     "surface_visibility",
     "texture_from_photos",
@@ -128,6 +131,8 @@ _LAZY_IMPORTS = {
     "texture_from_photos": "photos",
     "SurfaceVisibility": "photos",
     "surface_visibility": "photos",
+    "Settled": "world.settle",
+    "settle": "world.settle",
     "Lidar": "lidar",
     "Scan": "lidar",
     "load_lidar": "lidar",

@@ -67,6 +67,7 @@ __all__ = [
     "world_inside",
     "world_intersections",
     "world_occluded",
+    "world_overlaps",
     "world_remove_camera",
     "world_remove_light",
     "world_remove_object",
@@ -76,6 +77,7 @@ __all__ = [
     "world_set_light",
     "world_set_object",
     "world_set_video",
+    "world_settle",
     "world_signed_distance",
     "world_to_bytes",
     "world_to_gltf",
@@ -177,6 +179,16 @@ def world_intersections(
     world: World, query: dict[str, Any], max_hits: int | None, names: Sequence[str]
 ) -> dict[str, npt.NDArray[Any]]: ...
 def world_occluded(world: World, query: dict[str, Any]) -> npt.NDArray[np.bool_]: ...
+def world_overlaps(world: World, groups: Sequence[int], limit: float) -> list[tuple[int, int, float]]: ...
+def world_settle(
+    world: World,
+    moving: Sequence[int],
+    physics: Sequence[tuple[int, tuple[float, float, float, int]]],
+    target: tuple[Sequence[int], bool] | None,
+    seed: int,
+    seconds: float,
+    gravity: float,
+) -> tuple[tuple[tuple[int, int, float, float], list[list[list[float]]]] | None, tuple[str, str] | None]: ...
 def world_signed_distance(world: World, query: dict[str, Any], sign: str) -> _Floats: ...
 def world_topology(world: World, object: int) -> tuple[bool, bool, npt.NDArray[np.int32], float, int]: ...
 def world_visible(

@@ -85,6 +85,10 @@ _OWN_NOTICES = {
         "The times of rays have no effect, because no time is set for the animated world.",
         "Cast the rays in world.at(time).",
     ),
+    "overlapping_objects": Code(
+        "A robot's link overlaps another object.",
+        "Move the robot or the object, or change the robot's joints.",
+    ),
     "xacro_warning": Code(
         "xacro printed a warning while it expanded a robot's file.",
         "Correct the file as the warning says.",
@@ -137,6 +141,26 @@ _OWN_NOTICES = {
         "A frame saved from the live view was lit by the integrator that the message names.",
         "Render it with raycam.render for the light of another integrator.",
     ),
+    "misplaced_mesh": Code(
+        "The mesh is visible to fewer than half of the cameras.",
+        "Put the mesh into the cameras' coordinates; the message contains the scale that fits best.",
+    ),
+    "inside_out_mesh": Code(
+        "Most rays hit the backs of faces, so both sides of the faces count as visible.",
+        "Flip the mesh's faces.",
+    ),
+    "overlapping_islands": Code(
+        "Several faces share the same texels, because islands of the texture coordinates overlap.",
+        "Unwrap the mesh without overlaps.",
+    ),
+    "coarse_texture": Code(
+        "The photographs show more detail than the texture can hold.",
+        "Use the size that the message contains.",
+    ),
+    "misaligned_photographs": Code(
+        "Photographs are shifted against the others, so their poses or lenses seem to be wrong.",
+        "Improve the poses of the photographs, or remove them.",
+    ),
 }
 
 _OWN_ERRORS = {
@@ -160,9 +184,29 @@ _OWN_ERRORS = {
         "Another process works in the same folder.",
         "Wait for it, stop it, or give each process its part with shard=(I, N).",
     ),
+    "no_volume": Code(
+        "An object that should fall encloses no volume.",
+        "Use a mesh with thickness.",
+    ),
+    "not_settled": Code(
+        "Objects did not come to rest without penetrating each other, within their target.",
+        "Use fewer objects, more room, more time or another seed.",
+    ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
+    ),
+    "photograph_size": Code(
+        "A photograph does not have its camera's size.",
+        "Use the photographs that the cameras belong to, or give their size with --size.",
+    ),
+    "missing_photograph": Code(
+        "A mapping of photographs lacks the name of a camera's photograph.",
+        "Add it, or remove the camera.",
+    ),
+    "missing_texture_coordinates": Code(
+        "The object has no texture coordinates.",
+        "Unwrap it in another program, such as Blender.",
     ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",

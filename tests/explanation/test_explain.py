@@ -284,8 +284,9 @@ def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
     e = explain(box_world(), box_camera(), (40, 30))
     e.save_figure(tmp_path / "explain.svg")
     assert (tmp_path / "explain.svg").read_text(encoding="utf-8") == e.svg()
-    with pytest.raises(raycam.SettingsError, match=r"explain\.gif: a figure is written as \.svg"):
+    with pytest.raises(raycam.SettingsError, match=r"explain\.gif") as refused:
         e.save_figure(tmp_path / "explain.gif")
+    assert refused.value.code == "unknown_format"
     with pytest.raises(FileNotFoundError):
         e.save_figure(tmp_path / "nowhere" / "explain.svg")
     assert [path.name for path in tmp_path.iterdir()] == ["explain.svg"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import cv2
@@ -9,6 +11,10 @@ import numpy as np
 import pytest
 import raycam
 from raycam.cli import main
+from raycam.io import memory_limits
+from raycam.notices import collected
+from support.raises import notice_codes, raises
+from support.textured_panel import inner, panel, pattern, psnr, shots
 
 LENSES = [
     {},
@@ -16,65 +22,59 @@ LENSES = [
     {"model": "opencv", "distortion": [-0.1, 0.02, 0.001, 0.0005]},
     {"model": "division", "distortion": [-0.05]},
     {"model": "fov", "distortion": [0.4]},
+    {
+        "model": "thin_prism_fisheye",
+        "distortion": [0.02, -0.01, 0.001, 0.0005, 0.003, -0.001, 0.001, -0.0005],
+    },
+    {
+        "model": "rad_tan_thin_prism_fisheye",
+        "distortion": [0.02, -0.01, *[0.0] * 4, 0.001, 0.0005, *[0.001] * 4],
+    },
+    {"model": "omni", "distortion": [0.3, -0.05, 0.01, 0.001, 0.0005]},
+    {"model": "eucm", "distortion": [0.5, 1.1]},
+    {"model": "ds", "distortion": [0.1, 0.5]},
+    {"moving": True},
 ]
 
 
-def pattern(size: int = 64) -> np.ndarray:
-    """A smooth sRGB pattern that every lens resolves."""
-    x, y = np.meshgrid(np.arange(size) / size, np.arange(size) / size)
-    waves = np.stack([np.sin(6 * x + 2 * y), np.cos(5 * y - x), np.sin(4 * x * y + 1)], axis=2)
-    return np.rint(128 + 90 * waves).astype(np.uint8)
-
-
-def panel(wall: bool = False, up: str = "z") -> raycam.World:
-    world = raycam.World(up)
-    world.add_mesh(
-        [[-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]],
-        [[0, 1, 2], [0, 2, 3]],
-        uvs=[[0, 0], [0, 1], [1, 1], [1, 0]],
-        name="panel",
-        material={"type": "unlit", "texture": raycam.Texture(pattern(), wrap="clamp")},
-    )
-    if wall:
-        world.add_object(box={"size": [0.5, 0.5, 0.6]}, location=[0.2, 0, 0.35], color="red", type="unlit")
+def blocked_panel() -> raycam.World:
+    """The panel below a box."""
+    world = panel()
+    world.add_object(box={"size": [0.5, 0.5, 0.6]}, location=[0.2, 0, 0.35], color="red", type="unlit")
     return world
 
 
-def shots(world: raycam.World, places: list, **lens: object) -> tuple[dict, dict]:
-    cameras = {
-        f"{i}.png": raycam.Camera.look_at(place, [0, 0, 0], up=[0, 1, 0], fov=60, size=(400, 400), **lens)
-        for i, place in enumerate(places)
-    }
-    return cameras, {
-        name: raycam.render(world, camera, samples=16).to_srgb8() for name, camera in cameras.items()
-    }
-
-
-def psnr(a: np.ndarray, b: np.ndarray) -> float:
-    return float(10 * np.log10(255**2 / ((a.astype(float) - b) ** 2).mean()))
-
-
-def inner(texture: np.ndarray) -> np.ndarray:
-    """The texels away from the panel's edge, where pixels of the photographs mix it with the background."""
-    return texture[3:-3, 3:-3]
+PLACES = [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]]
 
 
 @pytest.mark.parametrize("lens", LENSES)
 def test_round_trip_reaches_40_decibels(lens: dict) -> None:
     world = panel()
-    cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]], **lens)
+    lens = dict(lens)
+    moving = lens.pop("moving", False)
+    cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]], samples=1 if moving else 16, **lens)
+    if moving:  # a rolling shutter: the camera moves by 15 pixels while its rows are read
+        cameras = {
+            name: camera.moving(
+                camera.at_pose(camera.R, camera.location + np.array([0.1, 0.05, 0])), readout=0.02
+            )
+            for name, camera in cameras.items()
+        }
+        photos = {
+            name: raycam.render(world, camera, samples=16).to_srgb8() for name, camera in cameras.items()
+        }
     result = raycam.texture_from_photos(world, cameras, photos, size=64)
     assert result.seen.all()
     assert psnr(inner(result.texture), inner(pattern())) > 40
-    frame = raycam.render(result.world, cameras["0.png"], samples=16).to_srgb8()
-    assert psnr(frame[100:300, 100:300], photos["0.png"][100:300, 100:300]) > 38
+    frame = raycam.render(result.world, cameras["00.png"], samples=16).to_srgb8()
+    assert psnr(frame[100:300, 100:300], photos["00.png"][100:300, 100:300]) > 38
 
 
 def test_only_texels_that_a_camera_sees_are_coloured() -> None:
-    world = panel(wall=True)
+    world = blocked_panel()
     cameras, photos = shots(world, [[2, 0.1, 1.5]])
     result = raycam.texture_from_photos(world, cameras, photos, size=32, show_unseen=True)
-    camera = cameras["0.png"]
+    camera = cameras["00.png"]
     # By brute force: a segment from the camera meets the box, or not (slabs).
     grid = (np.arange(32) + 0.5) / 16 - 1
     points = np.stack([*np.meshgrid(grid, -grid), np.zeros((32, 32))], axis=2)
@@ -102,7 +102,7 @@ def test_outlier_is_left_out_and_disagrees() -> None:
     world = panel()
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]])
     clean = raycam.texture_from_photos(world, cameras, photos, size=64)
-    photos["1.png"] = np.where(np.arange(400)[:, None, None] > 200, 255, photos["1.png"]).astype(np.uint8)
+    photos["01.png"] = np.where(np.arange(400)[:, None, None] > 200, 255, photos["01.png"]).astype(np.uint8)
     result = raycam.texture_from_photos(world, cameras, photos, size=64)
     assert psnr(inner(result.texture), inner(pattern())) > 38
     assert result.disagreement[40:].mean() > 5 * clean.disagreement.mean()
@@ -116,22 +116,160 @@ def test_same_bytes_for_any_order_and_threads() -> None:
     np.testing.assert_array_equal(one.texture, two.texture)
 
 
+def test_any_memory_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES)
+    one = raycam.texture_from_photos(world, cameras, photos, size=64)
+    monkeypatch.setattr("raycam.photos.photo_set.PART_TEXELS", 500)
+    two = raycam.texture_from_photos(world, cameras, photos, size=64, memory=1)
+    np.testing.assert_array_equal(one.texture, two.texture)
+    np.testing.assert_array_equal(one.disagreement, two.disagreement)
+    assert one.photographs == two.photographs
+
+
 def test_photograph_of_another_size_is_refused() -> None:
     world = panel()
-    cameras, photos = shots(world, [[0.3, 0.2, 2.4]])
-    with pytest.raises(raycam.SettingsError, match=r"200 x 200.*400 x 400"):
-        raycam.texture_from_photos(world, cameras, {"0.png": photos["0.png"][::2, ::2]}, size=8)
+    cameras, photos = shots(world, PLACES[:1])
+    small = {"00.png": photos["00.png"][::2, ::2]}
+    with raises(raycam.SettingsError, code="photograph_size", mentions=["200 x 200", "400 x 400", "--size"]):
+        raycam.texture_from_photos(world, cameras, small, size=8)
 
 
 def test_missing_photograph_and_coordinates_are_refused(tmp_path: Path) -> None:
     world = panel()
-    cameras, photos = shots(world, [[0.3, 0.2, 2.4]])
-    with pytest.raises(FileNotFoundError):
+    cameras, photos = shots(world, PLACES[:1])
+    with raises(FileNotFoundError, code="file_not_found", mentions=["00.png", tmp_path]):
         raycam.texture_from_photos(world, cameras, tmp_path, size=8)
     bare = raycam.World()
     bare.add_mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
-    with pytest.raises(raycam.WorldError, match="texture coordinates"):
+    with raises(raycam.WorldError, code="missing_texture_coordinates"):
         raycam.texture_from_photos(bare, cameras, photos, size=8)
+
+
+def test_transparent_pixels_colour_nothing() -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES[:1])
+    opaque = np.full((400, 400), 255, np.uint8)
+    opaque[:, :200] = 0
+    masked = {"00.png": np.dstack([np.where(opaque[..., None] > 0, photos["00.png"], 255), opaque])}
+    result = raycam.texture_from_photos(world, cameras, masked, size=32)
+    grid = (np.arange(32) + 0.5) / 16 - 1
+    points = np.stack([*np.meshgrid(grid, -grid), np.zeros((32, 32))], axis=2).reshape(-1, 3)
+    column = cameras["00.png"].project(points)[0][:, 0].reshape(32, 32)
+    clear = np.abs(column - 199.5) > 8  # a texel is an average of about six pixels
+    np.testing.assert_array_equal(result.seen[clear], (column > 199.5)[clear])
+    shown = np.s_[3:-3, 20:-3]
+    whole = raycam.texture_from_photos(world, cameras, photos, size=32).texture
+    np.testing.assert_array_equal(result.texture[shown], whole[shown])
+
+
+def test_vignetting_of_the_camera_is_undone() -> None:
+    world = panel()
+    cameras, _ = shots(world, PLACES[:1], samples=1)
+    camera = cameras["00.png"].with_vignetting(cos4=True, polynomial=[-0.2, 0.05])
+    photo = raycam.render(world, camera, samples=16).to_srgb8()
+    result = raycam.texture_from_photos(world, {"a": camera}, {"a": photo}, size=64)
+    assert psnr(inner(result.texture), inner(pattern())) > 40
+
+
+@pytest.mark.parametrize(("size", "fit"), [(8, 256), (16, 256), (128, None)])
+def test_texture_that_is_too_small_is_reported_with_the_size_that_fits(size: int, fit: int | None) -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES)
+    with collected() as notices:
+        raycam.texture_from_photos(world, cameras, photos, size=size)
+    found = [notice for notice in notices if notice.code == "coarse_texture"]
+    assert len(found) == (fit is not None)
+    # The panel is 2 m wide at 2.4 m: 2 / 2.4 * 346 = 289 pixels.
+    if fit:
+        assert "size=512" in str(found[0]) or f"size={fit}" in str(found[0])
+
+
+def test_inside_out_mesh_is_textured_from_both_sides_with_a_notice() -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES)
+    turned = raycam.World()
+    square = [[-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]]
+    turned.add_mesh(square, [[2, 1, 0], [3, 2, 0]], uvs=[[0, 0], [0, 1], [1, 1], [1, 0]])
+    with collected() as notices:
+        result = raycam.texture_from_photos(turned, cameras, photos, size=64)
+    assert "inside_out_mesh" in notice_codes(notices)
+    assert psnr(inner(result.texture), inner(pattern())) > 40
+
+
+def test_non_manifold_mesh_with_degenerate_and_double_faces_is_textured() -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES)
+    torn = raycam.World()
+    square = [[-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [0, 0, -1]]
+    faces = [[0, 1, 2], [0, 2, 3], [0, 2, 4], [1, 1, 2], [0, 2, 3]]  # a fin below, a degenerate face, a copy
+    uvs = [[0, 0], [0, 1], [1, 1], [1, 0], [0.5, 0.5]]
+    torn.add_mesh(square, faces, uvs=uvs)
+    with collected() as notices:
+        result = raycam.texture_from_photos(torn, cameras, photos, size=64)
+    assert "overlapping_islands" in notice_codes(notices)
+    assert psnr(inner(result.texture), inner(pattern())) > 40
+
+
+def test_lack_of_memory_is_reported_before_anything_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = panel()
+    cameras, photos = shots(world, PLACES[:1])
+    monkeypatch.setattr(memory_limits, "available_bytes", lambda: 4 << 30)
+    with raises(MemoryError, code="out_of_memory", mentions=["8192 x 8192", "5.0 GiB", "4.0 GiB"]):
+        raycam.texture_from_photos(world, cameras, photos, size=8192)
+
+
+class Rendered(Mapping):
+    """Photographs that exist only while they are read."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.names = names
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return np.full((30, 40, 3), 99, np.uint8)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def peak_bytes(count: int, size: int) -> int:
+    """The peak of Python's and NumPy's memory for a texture from `count` photographs."""
+    world = panel()
+    angles = np.linspace(0, 2 * np.pi, count)
+    cameras = {
+        f"{i:04d}": raycam.Camera.look_at(
+            [np.cos(a), np.sin(a), 2.2], [0, 0, 0], up=[0, 1, 0], size=(40, 30), fov=60
+        )
+        for i, a in enumerate(angles)
+    }
+    with collected():
+        tracemalloc.start()
+        raycam.texture_from_photos(world, cameras, Rendered(list(cameras)), size=size, threads=1)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    return peak
+
+
+@pytest.mark.parametrize("count", [300, pytest.param(2000, marks=pytest.mark.proof)])
+def test_memory_of_many_photographs_is_bounded(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    monkeypatch.setattr("raycam.photos.survey.MAX_VIEWS", 1 << 14)
+    few, many = peak_bytes(40, 8), peak_bytes(count, 8)
+    # The gains of 2,000 photographs are one matrix of 2,000 x 2,000, and its factors.
+    assert many - few < 6 * 8 * count**2 + (2 << 20)
+    assert many < 300 << 20
+
+
+def test_memory_for_a_texel_is_at_most_64_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("raycam.photos.survey.MAX_POINTS", 1 << 10)
+    monkeypatch.setattr("raycam.photos.photo_set.PART_TEXELS", 1 << 12)
+    monkeypatch.setattr("raycam.photos.blending.CHUNK_TEXELS", 1 << 12)
+    monkeypatch.setattr("raycam.baking.texels.MAX_CANDIDATES", 1 << 12)
+    small, large = peak_bytes(1, 128), peak_bytes(1, 512)
+    views = 132 * (512**2 - 128**2)  # which `memory` bounds
+    assert (large - small - views) / (512**2 - 128**2) < 64
 
 
 def test_command_texture_writes_a_glb(tmp_path: Path) -> None:

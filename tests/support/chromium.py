@@ -77,8 +77,8 @@ class Tab:
                 return False
             raise
 
-    def show(self, width: int, height: int, scheme: str = "light") -> None:
-        """Sets the size of the window, and light or dark."""
+    def show(self, width: int, height: int, scheme: str = "light", motion: str = "no-preference") -> None:
+        """Sets the size of the window, light or dark, and whether motion is reduced ("reduce")."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -86,7 +86,9 @@ class Tab:
             deviceScaleFactor=1,
             mobile=False,
         )
-        self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        wishes = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
+        features = [{"name": name, "value": value} for name, value in wishes.items()]
+        self.call("Emulation.setEmulatedMedia", features=features)
 
     def open(self, url: str) -> None:
         """Loads a page, until its first picture is there."""

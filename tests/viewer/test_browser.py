@@ -311,7 +311,10 @@ def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
     tab.wait("document.getElementById('explained').open")
     text = tab.evaluate("document.getElementById('explained-text').textContent")
     assert text == str(raycam.explain(small_world, frame.camera, (25, 16)))
-    tab.wait("document.getElementById('explained-figure').naturalWidth > 0")
+    tab.wait("document.querySelectorAll('#explained-drawing canvas').length === 2")
+    tab.wait(
+        "[...document.querySelectorAll('#explained-drawing canvas')].every((each) => each.dataset.labels)"
+    )
 
 
 @pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)

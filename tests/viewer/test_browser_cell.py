@@ -205,7 +205,7 @@ def test_the_widget_works_in_the_frames_of_vs_code(
         shown("document.getElementById('message').textContent === 'The values are in the clipboard.'")
         in_the_cell(browser, "document.getElementById('explain').click()")
         shown("document.getElementById('explained').open")
-        shown("document.getElementById('explained-figure').naturalWidth > 0")
+        shown("document.querySelector('#explained-drawing canvas').dataset.labels")
         assert {"hello", "ack", "pick", "explain"} <= kernel.kinds
         refused = [line for line in browser.said if "Content Security Policy" in line]
         assert not refused

@@ -11,7 +11,7 @@ from raycam.viewer import bundle as bundling
 
 CLIENT = Path(raycam.__file__).parent / "viewer" / "client"
 LONGEST_FILE = 400
-ENTRIES = ["main.js", "lecture/main.js"]
+ENTRIES = ["main.js", "lecture/main.js", "explanation/main.js"]
 
 
 @pytest.fixture

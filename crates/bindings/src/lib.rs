@@ -69,6 +69,8 @@ mod core {
     #[pymodule_export]
     use crate::world::polygons::{world_add_polygons, world_from_polygons};
     #[pymodule_export]
+    use crate::world::settle::{world_overlaps, world_settle};
+    #[pymodule_export]
     use crate::world::state::World;
 
     #[pymodule_export]

@@ -20,25 +20,27 @@ def fill_gutters(values: npt.NDArray[Any], known: Bools, width: int = GUTTER) ->
 
     Integers are copied from one neighbour instead. The texture does not wrap around.
     """
-    filled, done = values.copy(), known.copy()
-    average = values.dtype.kind == "f"
     height, wide = known.shape
+    rows = values.reshape(height * wide, -1).copy()
+    average = values.dtype.kind == "f"
+    done = np.zeros((height + 2, wide + 2), bool)
+    done[1:-1, 1:-1] = known
+    steps = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
     for _ in range(width):
-        total = np.zeros(values.shape, np.float64)
-        count = np.zeros(known.shape, np.int64)
-        for dy in (-1, 0, 1):
-            for dx in (-1, 0, 1):
-                if not (dy or dx):
-                    continue
-                to = (slice(max(0, -dy), height - max(0, dy)), slice(max(0, -dx), wide - max(0, dx)))
-                of = (slice(max(0, dy), height - max(0, -dy)), slice(max(0, dx), wide - max(0, -dx)))
-                take = done[of] if average else done[of] & (count[to] == 0)
-                total[to] += np.where(take[..., None], filled[of], 0)
-                count[to] += take
-        new = ~done & (count > 0)
-        if not new.any():
+        near = np.zeros((height, wide), bool)
+        for dy, dx in steps:
+            near |= done[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + wide]
+        y, x = np.nonzero(near & ~done[1:-1, 1:-1])
+        if not len(y):
             break
-        mean = total[new] / count[new][:, None]
-        filled[new] = mean.astype(values.dtype)
-        done |= new
-    return filled
+        total, count = np.zeros((len(y), rows.shape[1])), np.zeros(len(y), np.int64)
+        for dy, dx in steps:
+            take = done[1 + y + dy, 1 + x + dx]
+            if not average:
+                take &= count == 0
+            place = (y[take] + dy) * wide + x[take] + dx
+            total[take] += rows[place]
+            count[take] += 1
+        rows[y * wide + x] = (total / count[:, None]).astype(values.dtype)
+        done[1 + y, 1 + x] = True
+    return rows.reshape(values.shape)

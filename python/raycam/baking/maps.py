@@ -147,7 +147,7 @@ def _values(
 ) -> dict[str, npt.NDArray[Any]]:
     """The values of some texels by map."""
     number, names, samples, reach, threads = settings
-    face, weights = texels.face[part], texels.weights[part]
+    face, weights = texels.face[part], texels.weights(part)
     corners = mesh.corners[face]
     position = np.einsum("nk,nkj->nj", weights, corners)
     normal = face_normals(corners)

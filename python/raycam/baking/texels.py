@@ -31,12 +31,16 @@ class Texels:
     """(width, height) of the texture."""
     index: Ints
     """Row times width plus column, ascending."""
-    face: Ints
+    face: npt.NDArray[np.int32]
     """The face at the centre; on an edge, the lowest number."""
-    weights: Floats
-    """Barycentric weights of the face's corners [n, 3]."""
+    corners: Floats
+    """The corners of all faces [f, 3, 2] in texels, where whole numbers are texel centres."""
     overlapping: int
     """The number of texels whose centre is inside of several faces, whose islands overlap."""
+
+    def weights(self, part: slice | Ints = slice(None)) -> Floats:
+        """Barycentric weights of the face's corners [n, 3] for some texels."""
+        return _weights(self.corners[self.face[part]], self.index[part], self.size[0])
 
 
 def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
@@ -46,7 +50,7 @@ def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
     """
     width, height = size
     corners = np.asarray(uvs, np.float64) * [width, height] - 0.5
-    owner = np.full(width * height, -1, np.int64)
+    owner = np.full(width * height, -1, np.int32)
     strict = np.zeros(width * height, np.uint8)
     for face, x, y in _candidates(corners, size):
         signs = edge_signs(corners[face], x, y)
@@ -60,8 +64,7 @@ def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
         known = owner[place]
         owner[place] = np.where((known >= 0) & (known < face), known, face)
     index = np.flatnonzero(owner >= 0)
-    face = owner[index]
-    return Texels(size, index, face, _weights(corners[face], index, width), int((strict > 1).sum()))
+    return Texels(size, index, owner[index], corners, int((strict > 1).sum()))
 
 
 def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, Ints, Ints]]:
@@ -143,6 +146,6 @@ def warn_of_overlap(texels: Texels, name: object) -> None:
             Notice(
                 f"object {name!r}: {texels.overlapping} texels belong to several faces, because islands of its texture "
                 "coordinates overlap; the first face determines the value of such a texel",
-                "implausible",
+                "overlapping_islands",
             )
         )

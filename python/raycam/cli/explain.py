@@ -20,7 +20,11 @@ def _add(command: argparse.ArgumentParser) -> None:
         required=True,
         help="column and row of the pixel; 0 0 is at the top left",
     )
-    command.add_argument("--figure", metavar="FILE", help="also draw the explanation: .svg, .png or .pdf")
+    command.add_argument(
+        "--figure",
+        metavar="FILE",
+        help="also draw the explanation: .svg, .html (a page whose figures can be turned), .png or .pdf",
+    )
     command.add_argument(
         "--of",
         metavar="SUBJECT",
@@ -38,7 +42,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.of not in SUBJECTS:
         raise SettingsError(f"--of {options.of}: expected {', '.join(SUBJECTS)}", code="invalid_value")
     if options.figure is not None:
-        check_figure(options.figure)
+        check_figure(options.figure, options.of)
     world = load_world(options)
     explanation = explain(world, find_camera(world, options), options.pixel)
     if options.of == "light":
@@ -56,6 +60,7 @@ COMMAND = Command(
     [
         "raycam explain room.toml --pixel 320 240",
         "raycam explain room.toml --pixel 320 240 --figure explain.svg",
+        "raycam explain room.toml --pixel 320 240 --figure explain.html",
         "raycam explain room.toml --pixel 320 240 --of light --figure light.svg",
     ],
 )

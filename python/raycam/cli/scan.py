@@ -28,7 +28,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help="output: .pcd .ply .npz .csv .las or KITTI's .bin (default: the world's name with .pcd)",
+        help="output: .pcd .ply .npz .csv .las .pcap or KITTI's .bin (default: the world's name with .pcd)",
     )
     command.add_argument(
         "--fields",

@@ -29,6 +29,26 @@ def _add(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
     )
+    command.add_argument(
+        "--method",
+        metavar="NAME",
+        default="blend",
+        help="blend (default): mean of the best photographs; best: one photograph for each face, with levelled seams; "
+        "detail: low frequencies of blend, high ones of best",
+    )
+    command.add_argument(
+        "--exposure",
+        metavar="NAME",
+        default="auto",
+        help="auto (default): make the colours of overlapping photographs equal; off: use them as they are",
+    )
+    command.add_argument(
+        "--memory",
+        metavar="SIZE",
+        default="1 GiB",
+        help='memory for the views of texels, such as "4 GiB" (default: 1 GiB); photographs are read again if it is '
+        "too small for all texels",
+    )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)
 
@@ -46,7 +66,10 @@ def _run(options: argparse.Namespace) -> None:
             options.photos,
             object=0 if options.object is None else options.object,
             size=options.texture_size,
+            method=options.method,
+            exposure=options.exposure,
             show_unseen=options.show_unseen,
+            memory=options.memory,
             threads=options.threads,
         )
         result.world.to_gltf(options.output)

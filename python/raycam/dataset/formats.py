@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import bop, coco, colmap, kitti, nerf, photographs, rgbd, web
+from . import bop, coco, colmap, kitti, nerf, photographs, rgbd, semantickitti, web
 from .training import hdf5, mcap, mot, panoptic, replicator, semantic, yolo
 
 __all__ = ["FORMATS"]
@@ -11,6 +11,7 @@ FORMATS = {
     "coco": coco.FORMAT,
     "bop": bop.FORMAT,
     "kitti": kitti.FORMAT,
+    "semantickitti": semantickitti.FORMAT,
     "colmap": colmap.FORMAT,
     "nerf": nerf.FORMAT,
     "tum": rgbd.TUM,

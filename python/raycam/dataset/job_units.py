@@ -97,7 +97,7 @@ def _maker(kind: Format, plan: Plan) -> FrameMaker:
         plan.watch = progress
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
-        samples = sensor_files(plan, number, kind.units(plan))
+        samples = sensor_files(plan, number, kind.units(plan), with_lidars=not kind.writes_lidars)
         return {**parts, **samples, record_name(number): json.dumps(known).encode()}, []
 
     return make

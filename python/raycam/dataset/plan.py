@@ -69,6 +69,8 @@ class Format:
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
     """True if the format stores one pose and K for each picture."""
+    writes_lidars: bool = False
+    """True if the format writes the scans of lidars itself, so that they get no NPZ file."""
     notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 

@@ -32,6 +32,7 @@ from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
+from .lidars import other_sensors
 from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
@@ -74,7 +75,8 @@ def views(
     Without `cameras`, a world with a video has one view per frame; another world has a view for each of its cameras, or
     one for its default camera. `times` in seconds, one for each camera, are times of the world's video. A `Rig` among
     the cameras has one time and gives one view for each of its cameras. A single rig moves with the world's video, if
-    any. The sensors of a rig that are not cameras are sampled once for each pose of the rig.
+    any. The sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during their
+    frame, from each pose of the rig to the next one, if the poses have times.
     """
     if isinstance(cameras, Rig):
         rig = cameras
@@ -104,7 +106,7 @@ def views(
     for number, (item, moment, label) in enumerate(zip(chosen_cameras, moments, labels, strict=True)):
         if isinstance(item, Rig):
             # The other sensors of a rig are sampled once for each pose, with the rig's first view.
-            others = {name: one for name, one in item.sensors.items() if not isinstance(one, Camera)}
+            others = other_sensors(chosen_cameras, number, moments)
             body = item.R, item.C
             for place, (name, camera) in enumerate(item.items()):
                 own = others if place == 0 else {}
@@ -140,9 +142,9 @@ def write(
     pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
     all objects are labelled "object". The formats and their options:
 
-    With any format, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the rig
-    and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view. The file contains the
-    sensor's arrays, "world_from_sensor" and "times".
+    With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
+    rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the
+    sensor's arrays, "world_from_sensor" and "times". "semantickitti" and "mcap" write lidars in their own form.
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
@@ -152,6 +154,9 @@ def write(
       if that is a whole number, or else a free number in the order of the categories' names
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
       pair, give the same; `flow` (False) adds optical flow to the next view
+    * "semantickitti": scans of the lidar of a rig, with labels of points, calibration, poses and times; the first
+      camera's images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of
+      the categories), `fps` (10) for views without a time. Points are seen from the rig's pose at the frame's start
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
       for the timestamps of views without a time
@@ -166,7 +171,8 @@ def write(
     * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
     * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
       `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
-      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances.
+      base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. Lidars of a
+      rig are PointCloud2 on /NAME/points, with the fields of the manufacturer's driver, then instance and category.
       `start_time` (1.0 s) is added to all times, because ROS reads a stamp of 0 as "latest"; `fps` (30) for views
       without a time. Requires `raycam[mcap]`
     * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,

@@ -347,6 +347,15 @@ class Lidar:
         return found
 
     @property
+    def firing_cycle(self) -> float:
+        """Seconds from one firing cycle of a Velodyne to the next; raises `LidarError` for other devices."""
+        if self.family != "velodyne":
+            raise LidarError(
+                f"{self.name}: only Velodyne's devices have firing cycles and packets", code="wrong_device"
+            )
+        return float(self._description["velodyne"]["cycle"])
+
+    @property
     def assumed(self) -> list[str]:
         """The settings that neither the device's documents nor you specify, so that general defaults apply."""
         known = {
@@ -428,6 +437,17 @@ class Lidar:
         poses = [lidar._track for _, lidar in steps]
         turns = np.stack([pose.rotations[0] for pose in poses])
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
+
+    def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
+        """Returns the lidar moving on from its pose as a body does that is at `first` and `seconds` later at `second`.
+
+        `first` and `second` are poses [4, 4]; the lidar's motion in its own axes is theirs.
+        """
+        back = first[:3, :3].T
+        turn, shift = product(back, second[:3, :3]), product(back, second[:3, 3] - first[:3, 3])
+        own = self.pose
+        end = self._at(product(own[:3, :3], turn), own[:3, 3] + product(own[:3, :3], shift))
+        return self.moving([(0.0, self), (seconds, end)])
 
     @property
     def track(self) -> Track:

@@ -31,7 +31,9 @@ def velodyne_lasers(table: dict[str, Any]) -> list[Laser]:
         return [Laser(**laser) for laser in table["lasers"]]
     elevations = table["elevations"]
     turns = table.get("rot_corrections", [0.0] * len(elevations))
-    heights = table.get("heights", [0.0] * len(elevations))
+    # All beams of a device intersect at its focal point, at this distance from the axis.
+    focal = table.get("focal_distance", 0.0)
+    heights = table.get("heights") or [-focal * math.tan(math.radians(angle)) for angle in elevations]
     return [
         Laser(math.radians(elevation), math.radians(turn), height=height)
         for elevation, turn, height in zip(elevations, turns, heights, strict=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy.typing as npt
 
 from ..arguments import Floats, flag, real
 from ..errors import LidarError, nearest
+from ..io.atomic_files import write
+from .files.packets import Firings, pcap_bytes
 from .files.save import save_scan
 from .pattern import Pattern
 from .pose import transform
@@ -122,6 +125,18 @@ class Scan(Mapping[str, Array]):
                 picture[row] = np.roll(picture[row], shift, axis=0)
         return picture
 
+    def _firings(self) -> Firings:
+        """Returns what the device's packets need; raises `LidarError` for devices that are not Velodyne's."""
+        lidar = self._lidar
+        return Firings(
+            lidar.name,
+            lidar.returns,
+            lidar.rate,
+            lidar.firing_cycle,
+            lidar.settings["step"],
+            self._pattern.shape,
+        )
+
     def save(
         self, path: str | os.PathLike[str], *, fields: Iterable[str] | None = None, in_world: bool = False
     ) -> None:
@@ -130,8 +145,17 @@ class Scan(Mapping[str, Array]):
         `.pcd` (0.7, binary), `.ply`, `.npz`, `.csv`, `.las` (1.4, point format 6), and `.bin` of KITTI (x, y, z and
         intensity from 0 to 1, float32). `fields` are written besides the position (default: those that readers of the
         format expect, and ids); with `in_world`, positions are in world coordinates. Lost pulses are not written,
-        except to .npz. Raises `LidarError` for an unknown extension or field.
+        except to .npz. `.pcap` contains the packets that a VLP-16, Puck Hi-Res, VLP-32C or HDL-32E sends in this frame.
+        Raises `LidarError` for an unknown extension or field.
         """
+        if Path(path).suffix.lower() == ".pcap":
+            if fields is not None or in_world:
+                raise LidarError(
+                    "packets contain distances and intensities only; omit fields and in_world",
+                    code="conflicting_values",
+                )
+            write(path, pcap_bytes(self, self._firings()))
+            return
         points = self.in_world() if flag("in_world", in_world) else self["position"]
         save_scan(self, points, path, fields)
 

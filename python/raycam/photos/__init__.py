@@ -1,13 +1,15 @@
 """Photographs and surfaces: the ground truth of posed photographs, visibility, and textures."""
 
 from .coverage import coverage_picture, coverage_world
-from .texture import PhotoTexture, texture_from_photos
+from .texture import texture_from_photos
+from .texture_result import PhotographFit, PhotoTexture
 from .truth import named_photographs, photo_truth
 from .visibility import FacePairs, SurfaceVisibility, surface_visibility
 
 __all__ = [
     "FacePairs",
     "PhotoTexture",
+    "PhotographFit",
     "SurfaceVisibility",
     "coverage_picture",
     "coverage_world",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,53 +13,169 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import Floats
 from ..camera import Camera
-from ..errors import SettingsError
-from ..notices import warn_all
+from ..errors import Notice, SettingsError, with_code
+from ..notices import distinct, warn
+from ..srgb import linear_from_srgb
 
-__all__ = ["Photos", "Pyramid", "read_photo"]
+__all__ = ["PhotoSource", "Photos", "Pyramid"]
 
 Photos = str | os.PathLike[str] | Mapping[str, Any]
 """A folder with the photographs, or paths or arrays by the photographs' names."""
+LISTED_NAMES = 3
+"""Photographs that an error lists; further ones are counted."""
 
 
-def read_photo(photos: Photos, name: str, camera: Camera) -> npt.NDArray[np.float32]:
-    """The photograph of this name, linear [h, w, 4] with opacity.
+class PhotoSource:
+    """Photographs by name, read when they are used; each notice about their files is given once."""
 
-    Raises `SettingsError` if its size is not the camera's, `FormatError` and `OSError` for its file.
+    def __init__(self, photos: Photos, names: Iterable[str]) -> None:
+        """Checks that each photograph is present and in the folder, before anything is computed.
+
+        Raises `FileNotFoundError` for missing files, and `SettingsError` for missing keys and for names that lead out
+        of the folder.
+        """
+        self.photos = photos
+        self._given: set[Notice] = set()
+        wanted = list(names)
+        if isinstance(photos, Mapping):
+            absent = [name for name in wanted if name not in photos]
+            if absent:
+                raise SettingsError(
+                    f"photos: {_counted(absent, wanted)} missing from the mapping; its keys must be the photographs' "
+                    "names",
+                    code="missing_photograph",
+                )
+        else:
+            root = Path(photos).resolve()
+            for name in wanted:
+                if not (root / name).resolve().is_relative_to(root):
+                    raise SettingsError(
+                        f"photograph {name!r} is outside the folder {os.fspath(photos)}; "
+                        "pass photos as a mapping from names to paths",
+                        code="outside_root",
+                    )
+        # Another mapping than a dictionary may load its photographs when they are looked up.
+        checked = wanted if not isinstance(photos, Mapping) or isinstance(photos, dict) else []
+        paths = {name: path for name in checked if (path := self._path(name)) is not None}
+        lost = [
+            os.fspath(path) if isinstance(photos, Mapping) else name
+            for name, path in paths.items()
+            if not path.is_file()
+        ]
+        if lost:
+            place = "the mapping's paths" if isinstance(photos, Mapping) else os.fspath(photos)
+            raise with_code(
+                FileNotFoundError(
+                    f"{place}: {_counted(lost, wanted)} missing; remove their cameras, or correct the folder"
+                )
+            )
+
+    def _path(self, name: str) -> Path | None:
+        """The photograph's file; None for an array."""
+        given = self.photos[name] if isinstance(self.photos, Mapping) else Path(self.photos) / name
+        if isinstance(given, str | os.PathLike):
+            return Path(given)
+        return None
+
+    def read(self, name: str, camera: Camera) -> npt.NDArray[np.float32]:
+        """The photograph of this name, linear [h, w, 4] with opacity.
+
+        Raises `SettingsError` if its size is not the camera's, for values that are not finite and for arrays of another
+        form; `FormatError` and `OSError` for its file.
+        """
+        path = self._path(name)
+        if path is None:
+            assert isinstance(self.photos, Mapping)
+            found = linear_photo(name, self.photos[name])
+        else:
+            found, notices = _core.read_picture(os.fspath(path), False)
+            for notice in distinct(notices):
+                if notice not in self._given:
+                    self._given.add(notice)
+                    warn(notice)
+        height, width = found.shape[:2]
+        if (width, height) != camera.size:
+            turned = (height, width) == camera.size
+            remedy = (
+                "its pixels are turned by 90 degrees, perhaps by its EXIF orientation: turn the pixels, or the camera"
+                if turned
+                else "resize the camera: load_cameras(..., size=) or --size"
+            )
+            raise SettingsError(
+                f"photograph {name!r} has {width} x {height} pixels, and its camera {camera.size[0]} x "
+                f"{camera.size[1]}; {remedy}",
+                code="photograph_size",
+            )
+        if not np.isfinite(found).all():
+            count = int((~np.isfinite(found)).any(axis=2).sum())
+            raise SettingsError(
+                f"photograph {name!r} has {count} pixels that are not finite; mask them with an alpha channel of 0",
+                code="invalid_value",
+            )
+        return found
+
+
+def linear_photo(name: str, given: Any) -> npt.NDArray[np.float32]:
+    """An array as linear float32 [h, w, 4].
+
+    Arrays are [h, w] or [h, w, 1] (grey), [h, w, 2] (grey and opacity), [h, w, 3] or [h, w, 4]; uint8 and uint16 are
+    sRGB, floats are linear, bool is black and white. Raises `SettingsError` for others.
     """
-    given = photos[name] if isinstance(photos, Mapping) else Path(photos) / name
-    if isinstance(given, np.ndarray):
-        pixels = given[..., :3]
-        linear = _core.linear_from_srgb8(np.ascontiguousarray(pixels)) if pixels.dtype == np.uint8 else pixels
-        opaque = np.ones((*linear.shape[:2], 1), np.float32)
-        found = np.concatenate([linear.astype(np.float32), opaque], axis=2)
-    else:
-        found, notices = _core.read_picture(os.fspath(given), False)
-        warn_all(notices)
-    height, width = found.shape[:2]
-    if (width, height) != camera.size:
+    pixels = np.asarray(given)
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 2, 3, 4) or 0 in pixels.shape:
         raise SettingsError(
-            f"photograph {name!r} has {width} x {height} pixels, and its camera {camera.size[0]} x {camera.size[1]}; "
-            "resize the camera: load_cameras(..., size=) or --size"
+            f"photograph {name!r} must be an array [h, w], or [h, w, 1 to 4], got {list(np.shape(given))}",
+            code="wrong_shape",
         )
-    return found
+    if pixels.dtype == np.bool_:
+        values = pixels.astype(np.float32)
+    elif pixels.dtype in (np.uint8, np.uint16):
+        values = (pixels / np.iinfo(pixels.dtype).max).astype(np.float32)
+        colors = values.shape[2] - (values.shape[2] in (2, 4))
+        if pixels.dtype == np.uint8 and colors == 3:
+            values[..., :3] = _core.linear_from_srgb8(np.ascontiguousarray(pixels[..., :3]))
+        else:
+            values[..., :colors] = linear_from_srgb(values[..., :colors].astype(np.float64))
+    elif pixels.dtype.kind == "f":
+        values = pixels.astype(np.float32)
+    else:
+        raise SettingsError(
+            f"photograph {name!r} must be uint8, uint16 or float, got {pixels.dtype}", code="wrong_type"
+        )
+    opaque = values[..., -1:] if values.shape[2] in (2, 4) else np.ones((*values.shape[:2], 1), np.float32)
+    color = values[..., :3] if values.shape[2] >= 3 else np.repeat(values[..., :1], 3, axis=2)
+    return np.concatenate([color, opaque], axis=2)
+
+
+def _counted(names: list[str], wanted: list[str]) -> str:
+    """The first names and their number, as the subject of a sentence."""
+    listed = ", ".join(repr(name) for name in names[:LISTED_NAMES])
+    more = f" and {len(names) - LISTED_NAMES} more" if len(names) > LISTED_NAMES else ""
+    return f"{len(names)} of {len(wanted)} photographs ({listed}{more}) {'is' if len(names) == 1 else 'are'}"
 
 
 class Pyramid:
-    """A photograph with its halvings, for lookups of a footprint."""
+    """A photograph with its halvings, for lookups of a footprint; levels are computed when they are used."""
 
     def __init__(self, photo: npt.NDArray[np.float32]) -> None:
         self.levels = [photo]
-        while min(self.levels[-1].shape[:2]) > 1:
+        self.top = int(np.floor(np.log2(min(photo.shape[:2]))))
+
+    def level(self, number: int) -> npt.NDArray[np.float32]:
+        """The photograph halved `number` times, at most until a side has one pixel."""
+        while len(self.levels) <= number:
             last = self.levels[-1]
             height, width = (last.shape[0] // 2) * 2, (last.shape[1] // 2) * 2
-            self.levels.append(
-                last[:height, :width].reshape(height // 2, 2, width // 2, 2, -1).mean(axis=(1, 3))
-            )
+            even = last[:height, :width]
+            rows = even[0::2] + even[1::2]
+            self.levels.append((rows[:, 0::2] + rows[:, 1::2]) * np.float32(0.25))
+        return self.levels[number]
 
-    def at(self, places: Floats, footprint: Floats) -> npt.NDArray[np.float32]:
+    def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
         """Colours [n, 4] at places [n, 2] in pixels from the image's corner, averaged over `footprint` [n] pixels."""
-        level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, len(self.levels) - 1)
+        level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
         low = np.floor(level).astype(int)
         share = (level - low)[:, None]
         found = np.zeros((len(places), self.levels[0].shape[2]))
@@ -67,13 +183,11 @@ class Pyramid:
             some = low == number
             found[some] = (1 - share[some]) * self._bilinear(number, places[some])
             if share[some].any():
-                found[some] += share[some] * self._bilinear(
-                    min(number + 1, len(self.levels) - 1), places[some]
-                )
+                found[some] += share[some] * self._bilinear(min(number + 1, self.top), places[some])
         return found.astype(np.float32)
 
     def _bilinear(self, level: int, places: Floats) -> Floats:
-        image = self.levels[level]
+        image = self.level(level)
         height, width = image.shape[:2]
         x = np.clip(places[:, 0] / 2.0**level - 0.5, 0, width - 1)
         y = np.clip(places[:, 1] / 2.0**level - 0.5, 0, height - 1)

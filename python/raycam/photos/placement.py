@@ -11,48 +11,70 @@ from ..camera import Camera
 from ..errors import Notice
 from ..world import World
 
-__all__ = ["cameras_that_see", "pixel_grid", "placement_notices"]
+__all__ = ["pixel_grid", "placement_notices"]
 
 GRID_SIDE = 12
 """Rays along each side of a photograph, by which a camera is found to see the world."""
 SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
 """Factors of coordinates: metric units, inches, feet, and a mirrored model."""
+OTHER_FACTORS = tuple(2.0**power for step in range(1, 13) for power in (step, -step))
+"""Factors of models without a unit, such as a reconstruction from photographs alone."""
+INSIDE_SHARE = 0.9
+"""Share of cameras that another scale must turn from backs of faces to fronts to be the likelier explanation."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """The notice that fewer than half of the cameras see the world, with the factor that fits best; else empty."""
+    """The notice that fewer than half of the cameras see the world, with the factor that fits best; else empty.
+
+    The notice is also given if most cameras see backs of faces, as from inside of the mesh, and would see fronts of a
+    scaled one.
+    """
     given = list(cameras.values())
-    seeing = int(np.count_nonzero(cameras_that_see(world, given)))
+    seeing, fronts = count_cameras(world, given)
     bounds = world.bounds
-    if 2 * seeing >= len(given) or bounds is None:
+    if 2 * fronts >= len(given) or bounds is None:
         return []
-    counts = {
-        factor: int(np.count_nonzero(cameras_that_see(world, given, factor))) for factor in SCALE_FACTORS
-    }
+    inside = 2 * seeing >= len(given)
+    counts = {1.0: fronts}
+    for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
+        if inside and factor < 0:
+            continue  # an inside-out mesh around the origin fits as well, and is more common
+        counts[factor] = count_cameras(world, given, factor)[1]
+        if counts[factor] == len(given):
+            break
     best = max(counts, key=lambda factor: counts[factor])
+    if inside and counts[best] < INSIDE_SHARE * len(given):
+        return []
+    problem = (
+        f"{seeing - fronts} of {len(given)} cameras see only the backs of its faces, as from inside of the mesh"
+        if inside
+        else f"the mesh is visible to only {seeing} of {len(given)} cameras"
+    )
     remedy = "check that the mesh is in the coordinates of the cameras"
-    if counts[best] > seeing:
+    if counts[best] > fronts:
         remedy = f"scale the mesh by {best:g} to make it visible to {counts[best]} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
-    message = (
-        f"the mesh is visible to only {seeing} of {len(given)} cameras; {remedy} (mesh centre: ({middle}), "
-        f"median camera position: ({around}))"
-    )
-    return [Notice(message, "implausible")]
+    message = f"{problem}; {remedy} (mesh centre: ({middle}), median camera position: ({around}))"
+    return [Notice(message, "misplaced_mesh")]
 
 
-def cameras_that_see(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> list[bool]:
-    """For each camera, whether one of a grid of rays meets the world scaled by `factor` around the origin."""
-    found = []
+def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
+    """The numbers of cameras that see the world scaled by `factor` around the origin, and that mainly see fronts.
+
+    A camera sees the world if one of a grid of rays meets it. Backs are the fronts of a mirrored world.
+    """
+    seeing = fronts = 0
     for camera in cameras:
         placed = camera if factor == 1.0 else camera.still().at_pose(camera.R, camera.location / factor)
-        pixels = pixel_grid(placed)
-        origins, directions = placed.rays(pixels)
-        directions = directions if factor > 0 else -directions
-        found.append(bool(world.occluded(origins, directions).any()))
-    return found
+        origins, directions = placed.rays(pixel_grid(placed))
+        hits = world.cast_rays(origins, directions if factor > 0 else -directions, fields=("t", "front"))
+        hit = np.isfinite(hits["t"])
+        seeing += bool(hit.any())
+        facing = hits["front"][hit] == (factor > 0)
+        fronts += bool(hit.any() and 2 * np.count_nonzero(facing) >= len(facing))
+    return seeing, fronts
 
 
 def pixel_grid(camera: Camera) -> Floats:

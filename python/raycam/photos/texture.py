@@ -1,62 +1,52 @@
-"""Textures from photographs: the robust mean of the colours in which cameras see each texel."""
+"""Textures from photographs: the colours in which cameras see each texel."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Bools, Floats, flag, thread_count, whole
+from ..arguments import Floats, flag, one_of, thread_count, whole
 from ..baking.gutters import fill_gutters
-from ..baking.texels import Texels, covered_texels, find_texels, warn_of_overlap
+from ..baking.texels import covered_texels, find_texels, warn_of_overlap
 from ..camera import Camera
-from ..errors import WorldError
+from ..errors import Notice, WorldError
+from ..io import memory_limits
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
-from ..world.face_geometry import face_areas, face_normals
 from ..world.object_mesh import ObjectMesh, object_mesh
 from ..world.texture import Texture
-from .images import Photos, Pyramid, read_photo
+from .alignment import Alignment, measure_alignment
+from .composite import add_detail, compose
+from .face_views import FaceTotals
+from .gains import estimate_gains
+from .images import Photos, PhotoSource
+from .photo_set import BlendedTexels, PhotoSet, blend_texels
 from .placement import placement_notices
-from .sight import Facing, find_sight, footprints
+from .surface_views import TexturedSurface
+from .survey import Survey, take_survey
+from .texture_result import PhotographFit, PhotoTexture
 from .truth import named_photographs
 from .visibility import side_of
 
-__all__ = ["PhotoTexture", "texture_from_photos"]
+__all__ = ["texture_from_photos"]
 
-MAX_BLENDED_VIEWS = 8
-"""Views of a texel that are blended: those with the largest weights."""
-MIN_COSINE = float(np.cos(np.radians(80)))
-"""Cosine of the largest angle of incidence."""
-BORDER_WIDTH_PX = 32.0
-"""Pixels from the image's edge over which the weight rises to 1."""
-CHUNK_TEXELS = 1 << 19
-"""Texels in work at the same time, about 150 MB; each photograph is read once for each chunk."""
-LUMINANCE_TOLERANCE = 0.06
-"""Relative difference of luminance within which views agree."""
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+Single = npt.NDArray[np.float32]
 
-
-@dataclass(frozen=True, eq=False)
-class PhotoTexture:
-    """The result of `texture_from_photos`; maps are [h, w]."""
-
-    world: World
-    """The textured object, with unlit colours, under its name."""
-    texture: npt.NDArray[np.uint8]
-    """The texture, sRGB uint8 [h, w, 3], with gutters."""
-    seen: Bools
-    """True for texels that a camera sees; other texels of faces have the colour of the nearest such texel."""
-    covered: Bools
-    """True for texels whose centre is in a face."""
-    views: npt.NDArray[np.int32]
-    """The number of cameras that see the texel."""
-    disagreement: npt.NDArray[np.float32]
-    """The weighted standard deviation of luminance between views over its mean; high where poses are wrong."""
+TEXEL_BYTES = 64
+"""Bytes for each texel of the texture, in addition to `memory`."""
+COMPOSED_TEXEL_BYTES = 400
+"""Bytes for each texel of methods that choose a photograph for each face."""
+MAX_TEXEL_PX = 4.0
+"""Pixels of the photographs for each side of a texel above which the texture is too small."""
+MISALIGNED_PX = 0.5
+"""Shift of a photograph against the others above which it may be misaligned ..."""
+MISALIGNED_RATIO = 3.0
+"""... if it is also this many times the median shift."""
 
 
 def texture_from_photos(
@@ -67,159 +57,172 @@ def texture_from_photos(
     object: int | str = 0,
     size: int = 2048,
     images: Mapping[str, str] | None = None,
+    method: Literal["blend", "best", "detail"] = "blend",
+    exposure: Literal["auto", "off"] = "auto",
     show_unseen: bool = False,
+    memory: int | str = "1 GiB",
     threads: int | None = None,
 ) -> PhotoTexture:
     """Computes an object's texture of `size` x `size` texels from posed photographs, through their own lenses.
 
-    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays (uint8 sRGB, or linear
-    floats). The object's texture coordinates are kept; all objects of the world occlude. A texel's colour is a mean of
+    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays: uint8 and uint16 are
+    sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's texture
+    coordinates are kept; all objects of the world occlude. With the `method` "blend", a texel's colour is a mean of
     the up to eight views with the largest weight cos²(angle) sqrt(det J) border, where J is the derivative of the pixel
-    by the surface, border rises over 32 pixels from the image's edge, and angles above 80 degrees and transparent
-    pixels do not count. Views whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out.
+    by the surface, and border rises over 32 pixels from the image's edge and from jumps of depth. Angles above 80
+    degrees do not count. Views whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out.
+    Vignetting is undone.
 
+    "best" shows each face in one photograph, which is sharp even where poses are wrong: the choice weighs the views'
+    weight against the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
+    equation within 20 texels. "detail" takes the low frequencies of "blend" and the high ones of "best".
+
+    `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree.
     Texels that no camera sees get the colour of the nearest seen texel, or magenta with `show_unseen`. Gutters of 8
-    texels surround the islands. The result is the same for any order of the photographs and any number of threads.
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), and
-    that fewer than half of the cameras look at the world.
+    texels surround the islands. The result is the same for any order of the photographs, any number of threads and any
+    `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
+    read one at a time, more than once if `memory` cannot contain the views of all texels.
+
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), a
+    texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
+    half of the cameras look at the world.
 
     Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
-    photographs of another size than their camera, `FormatError` and `OSError` for their files.
+    photographs of another size than their camera, `FormatError` and `OSError` for their files, and `MemoryError` if
+    the machine lacks the memory.
 
-    Source: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008.
+    Sources: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008; Lempitsky and Ivanov, Seamless
+    mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!, 2014; Allène, Pons
+    and Keriven, Seamless image-based texture atlases using multi-band blending, 2008.
     """
     named = dict(sorted(named_photographs(cameras, images).items()))
     number = object_number(world._core, object)
     wide, threads = whole("size", size, 1, 16384), thread_count(threads)
     magenta = flag("show_unseen", show_unseen)
+    one_of("method", method, ("blend", "best", "detail"))
+    one_of("exposure", exposure, ("auto", "off"))
+    limit = memory_limits.parse_size("memory", memory) or 0
     mesh = object_mesh(world, number)
     if not mesh.uvs:
         raise WorldError(
-            f"object {object!r} has no texture coordinates; unwrap it first, for example in Blender"
+            f"object {object!r} has no texture coordinates; unwrap it first, for example in Blender",
+            code="missing_texture_coordinates",
         )
+    source = PhotoSource(photos, named)
+    check_memory(wide, limit, TEXEL_BYTES if method == "blend" else COMPOSED_TEXEL_BYTES)
     warn_all(placement_notices(world, named))
-    texels = find_texels(mesh.uvs[0], (wide, wide))
-    warn_of_overlap(texels, object)
+    surface = TexturedSurface(mesh, find_texels(mesh.uvs[0], (wide, wide)))
+    warn_of_overlap(surface.texels, object)
     facing = side_of(world, list(named.values()), threads)
-    count = len(texels.index)
-    colors, views = np.zeros((count, 3), np.float32), np.zeros(count, np.int32)
-    spread = np.zeros(count, np.float32)
-    for first in range(0, count, CHUNK_TEXELS):
-        part = slice(first, first + CHUNK_TEXELS)
-        colors[part], views[part], spread[part] = _blend(
-            world, named, photos, mesh, texels, part, facing, threads
-        )
-    if not views.any():
+    survey = take_survey(world, named, source, surface, facing, threads)
+    gains = estimate_gains(survey) if exposure == "auto" else np.ones((len(named), 3))
+    alignment = measure_alignment(survey, gains, np.array([camera.size for camera in named.values()], float))
+    set_of_photos = PhotoSet(world, named, source, surface, facing, gains, threads)
+    totals = None if method == "blend" else FaceTotals()
+    blended = blend_texels(set_of_photos, limit, totals)
+    if not blended.views.any():
         raise WorldError(
             f"object {object!r} is not visible to any camera; "
-            "check that the mesh and the cameras use the same coordinates"
+            "check that the mesh and the cameras use the same coordinates",
+            code="nothing_visible",
         )
-    corners = mesh.corners[texels.face]
-    points = np.einsum("nk,nkj->nj", texels.weights, corners)
-    seen = views > 0
-    colors[~seen] = [1, 0, 1] if magenta else colors[seen][_nearest(points[seen], points[~seen], threads)]
+    warn_all([*_size_notices(survey, wide), *_alignment_notices(alignment, list(named))])
+    fits = tuple(
+        PhotographFit(name, int(blended.texels[i]), tuple(map(float, gains[i])), *map(float, both))  # type: ignore[arg-type]
+        for i, (name, *both) in enumerate(zip(named, alignment.shift, alignment.disagreement, strict=True))
+    )
+    colors, view = blended.colors, np.full(len(blended.views), -1, np.int32)
+    if totals is not None:
+        best = compose(set_of_photos, blended, totals)
+        colors, view = best.colors, best.view
+    if method == "detail":
+        texels = surface.texels
+        colors = add_detail(colors, blended.colors, blended.views > 0, texels.index, texels.size)
+    return _result(world, number, surface, blended, colors, view, fits, magenta, threads)
+
+
+def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
+    """Raises `MemoryError` if the texels of a texture and their views do not fit into memory."""
+    needed, available = texel * size * size + views, memory_limits.available_bytes()
+    if needed > available:
+        error = MemoryError(
+            f"a texture of {size} x {size} texels requires {needed / 2**30:.1f} GiB, available: "
+            f"{available / 2**30:.1f} GiB; use a smaller size or memory"
+        )
+        vars(error)["code"] = "out_of_memory"
+        raise error
+
+
+def _size_notices(survey: Survey, size: int) -> list[Notice]:
+    """The notice that the photographs resolve more than the texture, with the size that would do."""
+    largest = np.zeros(survey.points, np.float32)
+    np.maximum.at(largest, survey.point, survey.footprint)
+    ratio = float(np.median(largest[largest > 0]))
+    if ratio <= MAX_TEXEL_PX:
+        return []
+    fit = int(min(16384, 2 ** np.ceil(np.log2(size * ratio))))
+    message = (
+        f"a texel is {ratio:.1f} pixels wide in the photographs; size={fit} (--texture-size {fit}) keeps their "
+        "detail"
+    )
+    return [Notice(message, "coarse_texture")]
+
+
+def _alignment_notices(alignment: Alignment, names: list[str]) -> list[Notice]:
+    """The notice that photographs are shifted against the others."""
+    known = alignment.shift[np.isfinite(alignment.shift)]
+    if len(known) < 3:
+        return []
+    limit = max(MISALIGNED_PX, MISALIGNED_RATIO * float(np.median(known)))
+    off = [
+        f"{name} ({shift:.1f} pixels)"
+        for name, shift in zip(names, alignment.shift, strict=True)
+        if shift > limit
+    ]
+    message = "shifted against the other photographs; check the pose and the lens"
+    return [Notice(message, "misaligned_photographs", off[:3], len(off))] if off else []
+
+
+def _result(
+    world: World,
+    number: int,
+    surface: TexturedSurface,
+    blended: BlendedTexels,
+    colors: Single,
+    view: npt.NDArray[np.int32],
+    fits: tuple[PhotographFit, ...],
+    magenta: bool,
+    threads: int | None,
+) -> PhotoTexture:
+    """The texture with unseen texels and gutters filled, on a world with the object."""
+    texels = surface.texels
+    seen = blended.views > 0
+    if magenta:
+        colors[~seen] = [1, 0, 1]
+    elif not seen.all():
+        known, wanted = (surface.part(np.flatnonzero(some)).points for some in (seen, ~seen))
+        colors[~seen] = colors[seen][_nearest(known, wanted, threads)]
     covered = covered_texels(texels)
+    wide, high = texels.size
 
     def image(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-        full = np.zeros((wide * wide, *values.shape[1:]), values.dtype)
+        full = np.zeros((wide * high, *values.shape[1:]), values.dtype)
         full[texels.index] = values
-        return full.reshape(wide, wide, *values.shape[1:])
+        return full.reshape(high, wide, *values.shape[1:])
 
     linear = fill_gutters(image(colors), covered)
     texture = _core.srgb_from_linear(np.ascontiguousarray(linear, np.float32), 1.0, 8, "standard")
-    made = _textured(world, number, mesh, texture)
-    return PhotoTexture(made, texture, image(seen), covered, image(views), image(spread))  # type: ignore[arg-type]
-
-
-def _blend(
-    world: World,
-    cameras: Mapping[str, Camera],
-    photos: Photos,
-    mesh: ObjectMesh,
-    texels: Texels,
-    part: slice,
-    facing: Facing,
-    threads: int | None,
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int32], npt.NDArray[np.float32]]:
-    """Colours [n, 3], numbers of views [n] and disagreement [n] of some texels."""
-    face = texels.face[part]
-    corners = mesh.corners[face]
-    points = np.einsum("nk,nkj->nj", texels.weights[part], corners)
-    normals = face_normals(corners)
-    spacing = np.sqrt(face_areas(corners) / np.maximum(_uv_areas(mesh, face, texels.size), 1e-30))
-    weights = np.zeros((len(face), MAX_BLENDED_VIEWS), np.float32)
-    colors = np.zeros((len(face), MAX_BLENDED_VIEWS, 3), np.float32)
-    views = np.zeros(len(face), np.int32)
-    for name, camera in cameras.items():
-        sight = find_sight(
-            world, camera, points, normals, facing=facing, min_cosine=MIN_COSINE, threads=threads
-        )
-        index = sight.index
-        if not len(index):
-            continue
-        distance = np.sqrt(((sight.origins - points[index]) ** 2).sum(axis=1))
-        jacobian = footprints(camera, points[index], normals[index], distance)
-        area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
-        places = sight.pixels - camera.corner
-        edge = np.minimum(places, np.array(camera.size) - places).min(axis=1)
-        pixels = Pyramid(read_photo(photos, name, camera)).at(places, np.sqrt(area) * spacing[index])
-        weight = (
-            sight.cosine**2
-            * np.sqrt(area)
-            * np.clip(edge / BORDER_WIDTH_PX, 1e-6, 1.0)
-            * (pixels[:, 3] > 0.5)
-        )
-        views[index] += weight > 0
-        slot = weights[index].argmin(axis=1)
-        better = weight > weights[index, slot]
-        weights[index[better], slot[better]] = weight[better]
-        colors[index[better], slot[better]] = pixels[better, :3]
-    mean, spread = robust_mean(weights, colors)
-    return mean, views, spread
-
-
-def robust_mean(
-    weights: npt.NDArray[np.float32], colors: npt.NDArray[np.float32]
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """The weighted mean [n, 3] of colours [n, k, 3] without outliers, and the relative spread [n] of luminance.
-
-    Outliers differ from the weighted median of luminance by more than max(3 MAD, 6 %).
-    """
-    order = np.argsort(-weights, axis=1, kind="stable")
-    heavy = np.take_along_axis(weights.astype(np.float64), order, axis=1)
-    colors = np.take_along_axis(colors, order[..., None], axis=1)
-    light = (colors * LUMINANCE).sum(axis=2).astype(np.float64)
-    median = weighted_median(light, heavy)[:, None]
-    off = np.abs(light - median)
-    mad = weighted_median(off, heavy)[:, None]
-    kept = heavy * (off <= np.maximum(3 * mad, LUMINANCE_TOLERANCE * median))
-    total = np.maximum(kept.sum(axis=1), 1e-300)
-    mean = (kept[..., None] * colors).sum(axis=1) / total[:, None]
-    every = np.maximum(heavy.sum(axis=1), 1e-300)
-    middle = (heavy * light).sum(axis=1) / every
-    variance = (heavy * (light - middle[:, None]) ** 2).sum(axis=1) / every
-    spread = np.sqrt(variance) / np.maximum(middle, 1e-6)
-    return mean.astype(np.float32), spread.astype(np.float32)
-
-
-def weighted_median(values: Floats, weights: Floats) -> Floats:
-    """The lower weighted medians [n] of values [n, k]."""
-    order = np.argsort(values, axis=1, kind="stable")
-    sums = np.cumsum(np.take_along_axis(weights, order, axis=1), axis=1)
-    place = (sums < sums[:, -1:] / 2).sum(axis=1)
-    place = np.minimum(place, values.shape[1] - 1)
-    found: Floats = np.take_along_axis(np.take_along_axis(values, order, axis=1), place[:, None], axis=1)[
-        :, 0
-    ]
-    return found
-
-
-def _uv_areas(mesh: ObjectMesh, face: npt.NDArray[np.int64], size: tuple[int, int]) -> Floats:
-    """The areas of faces in texels."""
-    uv = mesh.uvs[0][face].astype(np.float64) * size
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    found: Floats = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
-    return found
+    made = _textured(world, number, surface.mesh, texture)
+    return PhotoTexture(
+        made,
+        texture,
+        image(seen),  # type: ignore[arg-type]
+        covered,
+        image(blended.views),  # type: ignore[arg-type]
+        image(blended.spread),  # type: ignore[arg-type]
+        image(view + 1) - 1,  # type: ignore[arg-type]
+        fits,
+    )
 
 
 def _nearest(known: Floats, wanted: Floats, threads: int | None) -> npt.NDArray[np.int64]:

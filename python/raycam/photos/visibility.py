@@ -133,10 +133,10 @@ def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
         return "front"
     message = (
-        f"{100 * (1 - fronts.mean()):.0f} % of the rays hit the backs of faces, so the mesh seems to be inside out; "
-        'both sides are treated as visible (facing="both"); flip the faces to correct the mesh'
+        f"{100 * (1 - fronts.mean()):.0f} % of the rays hit the backs of faces, so the mesh seems to be inside out or "
+        'mirrored; both sides are treated as visible (facing="both"); flip the faces to correct the mesh'
     )
-    warn(Notice(message, "implausible"))
+    warn(Notice(message, "inside_out_mesh"))
     return "both"
 
 

@@ -31,13 +31,14 @@ from ..world.load import load
 from .backgrounds import BackgroundFolder
 from .calibrated import calibrated
 from .draws import ONE_OF, RandomStream, RejectedSample, check_known_keys
+from .drop import Drop, settle_drops
 from .placement import ConvexPrism, PlacementSampler
 from .views import place_camera
 
 __all__ = ["Recipe", "sample"]
 
-PLACE_KEYS = ("on", "gap", "count")
-"""Keys of an object in a recipe that a world file does not have."""
+PLACE_KEYS = ("on", "gap", "drop", "physics")
+"""Keys of an object in a recipe, besides `count`, that a world file does not have."""
 MAX_FILE_BYTES = 16 << 20
 MAX_OBJECTS = 100_000
 GEOMETRY = (
@@ -64,6 +65,9 @@ class Recipe:
     * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
       lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
       with `on` only stand on objects without.
+    * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
+      of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
+      object has the properties that `raycam.settle` accepts.
     * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
       with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
       whose file does not state it.
@@ -247,8 +251,21 @@ class Recipe:
         """Builds the world of a random stream; may raise `RejectedSample`."""
         still: list[dict[str, Any]] = []
         placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]] = []
+        dropped: list[tuple[dict[str, Any], Drop]] = []
+        fixed: dict[str, dict[str, Any]] = {}
         for item, place in self._rows("object", draw):
-            how = {key: item.pop(key) for key in PLACE_KEYS[:2] if key in item}
+            how = {key: item.pop(key) for key in PLACE_KEYS if key in item}
+            what = f"object {item.get('name', '')!r}"
+            if "drop" in how:
+                if how.keys() & {"on", "gap"} or item.keys() & {"location", "instance_of"}:
+                    raise WorldError(
+                        f"{what}: on, gap, location and instance_of cannot be used with drop",
+                        code="conflicting_values",
+                    )
+                dropped.append((item, Drop(how["drop"], how.get("physics", {}), what)))
+                continue
+            if "physics" in how:
+                fixed[_named(item, what)] = how.pop("physics")
             if "on" in how:
                 placed.append((item, how, place))
             elif how:
@@ -259,7 +276,12 @@ class Recipe:
             else:
                 still.append(item)
         world = self._begun(draw, still)
-        self._place_objects(world, placed)
+        first: dict[str, str] = {}
+        self._place_objects(world, placed, first)
+        names = [self._add_shared(world, item, first) for item, _ in dropped]
+        settle_drops(
+            world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw
+        )
         for light, _ in self._rows("light", draw):
             _core.world_add_light(world._core, plain(light), self.folder)
         for camera, place in self._rows("camera", draw):
@@ -307,10 +329,12 @@ class Recipe:
         return _core.world_add_object(world._core, plain(item), self.folder)
 
     def _place_objects(
-        self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]]
+        self,
+        world: World,
+        placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]],
+        first: dict[str, str],
     ) -> None:
         placer = PlacementSampler(world) if placed else None
-        first: dict[str, str] = {}
         for item, how, place in placed:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
             if "location" in item or "instance_of" in item:
@@ -332,17 +356,25 @@ class Recipe:
                 raise WorldError(f"{what}: {fault}", code=fault.code) from None
             pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
-            style = row.keys() - {*GEOMETRY, "name", "category"}
-            # Objects of one shape share a mesh, unless they would inherit the first one's appearance.
-            key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
-            if (
-                key in first
-                and "category" in row
-                and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
-            ):
-                row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
-            number = self._add(world, {**row, "matrix": product(pose, matrix).tolist()})
-            first.setdefault(key, world.objects[number].name)
+            self._add_shared(world, {**row, "matrix": product(pose, matrix).tolist()}, first)
+
+    def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:
+        """Adds an object, and returns its name. Objects of one shape share a mesh, unless they would inherit the first
+        one's appearance; `first` has the names of objects by shape.
+        """
+        row = {key: value for key, value in item.items() if key not in POSE}
+        style = row.keys() - {*GEOMETRY, "name", "category"}
+        key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+        if (
+            key in first
+            and "category" in row
+            and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+        ):
+            row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
+        number = self._add(world, {**row, **_select_keys(item, POSE)})
+        name = world.objects[number].name
+        first.setdefault(key, name)
+        return name
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
@@ -411,6 +443,13 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise FormatError(f"{path}: no TOML: {fault}") from None
+
+
+def _named(item: Mapping[str, Any], what: str) -> str:
+    """The name of an object with `physics`."""
+    if not isinstance(item.get("name"), str):
+        raise WorldError(f"{what}: an object with physics needs a name", code="missing_value")
+    return str(item["name"])
 
 
 def _select_keys(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
 from ..explanation.lens import world_at_line
+from ..explanation.page_figure import page_figure
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
@@ -105,7 +106,8 @@ def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Li
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
     parts = {
         "text": str(explanation),
-        "svg": explanation.svg(),
+        "svg": "",
+        "figure": page_figure(explanation),
         "sections": [
             {
                 "title": "The light",

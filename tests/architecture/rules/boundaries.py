@@ -12,15 +12,16 @@ from . import rust_facts
 from .python_imports import imported_packages
 from .source import CRATES, python_files, text_of
 
-# A crate may use the crates listed; an eighth crate needs an argument in the design notes.
+# A crate may use the crates listed; a ninth crate needs an argument in the design notes.
 MAY_USE: dict[str, set[str]] = {
     "bvh": set(),
     "scene": set(),
     "formats": {"scene"},
     "calibration": {"scene", "formats"},
     "render": {"scene", "bvh"},
+    "settle": {"scene"},
     "web": {"formats", "render", "scene"},
-    "bindings": {"formats", "calibration", "render", "scene"},
+    "bindings": {"formats", "calibration", "render", "scene", "settle"},
 }
 THIRD_PARTY_PYTHON = {
     "numpy",

@@ -31,6 +31,9 @@ ORDER = {
         prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
         queries render render_many progressive lib
     """,
+    "settle": """
+        error convert random surface parts request bodies start simulation judge overlap settle lib
+    """,
     "web": """
         failure request page lib
     """,
@@ -52,8 +55,10 @@ DELEGATIONS = {
     "lidar/lidar.py": {"lidar/scanning.py"},
     "rig/rig.py": {"annotations/rig_frames.py", "render/frame.py", "world/world.py"},
     "render/frame.py": {"render/composition.py", "viewer/page.py"},
+    "explanation/explanation.py": {"viewer/explanation_page.py"},
 }
-"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`.
+"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`,
+`Explanation.save_figure`.
 
 Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
 """

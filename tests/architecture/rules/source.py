@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-CRATES = ("bvh", "scene", "formats", "calibration", "render", "web", "bindings")
+CRATES = ("bvh", "scene", "formats", "calibration", "render", "settle", "web", "bindings")
 """The crates, in the order in which they may use each other."""
 
 

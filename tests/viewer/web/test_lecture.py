@@ -111,7 +111,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
 
 def test_every_figure_is_drawn_and_its_labels_are_apart(tab: Tab) -> None:
     names = figures(tab)
-    assert len(names) >= 29
+    assert len(names) >= 31
     for name in names:
         selector = show(tab, name)
         tab.wait(f"[...document.querySelectorAll('{selector} canvas')].every((canvas) => {COLORS} > 4)")
@@ -160,6 +160,65 @@ def test_arrow_keys_move_the_pixel(tab: Tab) -> None:
     tab.wait(f"document.querySelector('{selector} .readout').textContent.includes('(171, 165, 1)')")
     tab.press("ArrowLeft")
     tab.wait(f"document.querySelector('{selector} .readout').textContent.includes('(170, 165, 1)')")
+
+
+def test_enter_selects_a_point_that_arrow_keys_move(tab: Tab) -> None:
+    selector = show(tab, "project")
+    canvas = f"document.querySelectorAll('{selector} canvas')[0]"
+    tab.evaluate(f"{canvas}.focus()")
+    tab.press("Enter")
+    assert "Arrow keys move X" in tab.evaluate(f"{canvas}.getAttribute('aria-label')")
+    before = tab.evaluate(f"document.querySelector('{selector} .readout').textContent")
+    tab.press("ArrowUp")
+    tab.wait(f"document.querySelector('{selector} .readout').textContent !== {json.dumps(before)}")
+    tab.press("Enter")
+    tab.evaluate("document.getElementById('reset').click()")
+
+
+def test_every_control_is_reached_by_the_keyboard(tab: Tab) -> None:
+    assert tab.evaluate(
+        "[...document.querySelectorAll('canvas.draggable, button, input, textarea, a')]"
+        ".every((each) => each.tabIndex === 0)"
+    )
+    assert tab.evaluate("document.querySelectorAll('canvas.draggable').length") >= 25
+
+
+def test_reduced_motion_jumps_to_the_end(tab: Tab) -> None:
+    tab.show(1280, 900, motion="reduce")
+    selector = show(tab, "plane")
+    tab.evaluate(f"[...document.querySelectorAll('{selector} button')][0].click()")
+    found = tab.evaluate(
+        f"""(async () => {{
+          const host = document.querySelector('{selector}');
+          const play = [...host.querySelectorAll('button')].find((each) => each.textContent === 'Play');
+          play.click();
+          await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+          return [play.textContent, host.querySelector('input').value];
+        }})()"""
+    )
+    assert found == ["Play", "600"]
+    tab.show(1280, 900)
+    tab.evaluate(
+        f"[...document.querySelectorAll('{selector} button')].find((each) => each.textContent === 'Back').click()"
+    )
+    tab.wait(f"Number(document.querySelector('{selector} input').value) < 600")
+
+
+def test_pointing_at_an_arrow_highlights_its_symbol_everywhere(tab: Tab) -> None:
+    selector = show(tab, "project")
+    x, y = tab.evaluate(
+        f"""(() => {{
+          const canvas = document.querySelector('{selector} canvas'), {{ left, top }} = canvas.getBoundingClientRect();
+          const label = JSON.parse(canvas.dataset.labels).find(({{ text }}) => text === 'X');
+          return [left + label.x + label.width / 2, top + label.y + label.height / 2];
+        }})()"""
+    )
+    tab.mouse("mouseMoved", x, y)
+    tab.wait("[...document.querySelectorAll('.lit')].some((each) => each.tagName === 'VAR')")
+    assert tab.evaluate("[...document.querySelectorAll('.lit')].every((each) => each.dataset.symbol === 'X')")
+    assert tab.evaluate(f"Boolean(document.querySelector('{selector} .readout .lit'))")
+    tab.mouse("mouseMoved", 2, 450)
+    tab.wait("document.querySelectorAll('.lit').length === 0")
 
 
 def test_pointing_at_a_symbol_highlights_it_everywhere(tab: Tab) -> None:

@@ -38,11 +38,17 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         tab.wait("document.getElementById('explained').open")
         explained = raycam.explain(world, camera.resized((640, 480)), (column, row))
         assert tab.evaluate("document.getElementById('explained-text').textContent") == str(explained)
-        drawing = "document.getElementById('explained-drawing')"
-        marks = f"[...{drawing}.querySelectorAll('%s')].length"
-        assert tab.evaluate(marks % ".crossing") == explained.winner.crossings
-        assert tab.evaluate(marks % ".triangle") == 2
-        assert tab.evaluate(f"{drawing}.getBoundingClientRect().height") > 200
+        canvases = "[...document.querySelectorAll('#explained-drawing canvas')]"
+        tab.wait(f"{canvases}.length === 2 && {canvases}.every((each) => each.dataset.labels)")
+        inside = "inside" if explained.winner.inside else "outside"
+        title = tab.evaluate("document.querySelectorAll('#explained-drawing .figure-title')[1].textContent")
+        count = explained.winner.crossings
+        assert title.endswith(f"{count} {'crossing' if count == 1 else 'crossings'}, {inside}")
+        labels = tab.evaluate(
+            f"{canvases}.map((each) => JSON.parse(each.dataset.labels).map((label) => label.text))"
+        )
+        assert {"C", "x", "a", "b", "c", "f(t)", "r", "v"} <= set(labels[0])
+        assert {"u", "g = a + v₃", f"f(t): {inside}"} <= set(labels[1])
         assert tab.evaluate("document.getElementById('explained-figure').hidden")
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests

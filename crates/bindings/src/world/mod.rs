@@ -8,6 +8,7 @@ mod light;
 pub(crate) mod many;
 pub(crate) mod polygons;
 pub(crate) mod rigs;
+pub(crate) mod settle;
 pub(crate) mod state;
 
 use std::collections::BTreeMap;

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import importlib
 import json
-import struct
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -22,16 +21,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ...annotations.flow import check_rectified
-from ...arguments import Floats, product
+from ...arguments import Floats
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
+from .cdr import BODY, WORLD, Cdr, body_of, mount_of, quaternion, transform
+from .mcap_lidars import lidar_messages
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"fps": 30.0, "topic": "/camera", "depth": True, "start_time": 1.0}
-WORLD, BODY = "world", "base_link"
-"""The fixed frame, and the frame of a rig's body."""
 HEADER = "std_msgs/Header header\n"
 RULE = "=" * 80 + "\n"
 STAMPED = (
@@ -54,6 +53,9 @@ DEFINITIONS = {
     f"{RULE}MSG: geometry_msgs/TransformStamped\n{HEADER}string child_frame_id\ngeometry_msgs/Transform transform\n"
     f"{RULE}MSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
     f"{RULE}MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n{QUATERNION}{STAMPED}",
+    "sensor_msgs/msg/PointCloud2": f"{HEADER}uint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
+    "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
+    f"{RULE}MSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n{STAMPED}",
     "std_msgs/msg/String": "string data\n",
 }
 """The messages in the words of `ros2msg`, with what they are made of."""
@@ -76,39 +78,6 @@ def library() -> ModuleType:
         raise SettingsError(
             "mcap needs the package mcap: pip install 'raycam[mcap]'", code="missing_dependency"
         ) from None
-
-
-class Cdr:
-    """The bytes of a message in CDR, little endian."""
-
-    def __init__(self) -> None:
-        self._body = bytearray()
-
-    def add_numbers(self, kind: str, *values: Any) -> Cdr:
-        """Appends numbers of a kind of `struct`, each aligned to its size."""
-        size = struct.calcsize(kind)
-        self._body += bytes(-len(self._body) % size)
-        self._body += struct.pack(f"<{len(values)}{kind}", *values)
-        return self
-
-    def add_text(self, value: str) -> Cdr:
-        """Appends a string."""
-        data = value.encode() + b"\0"
-        self.add_numbers("I", len(data))._body += data
-        return self
-
-    def add_bytes(self, value: bytes) -> Cdr:
-        """Appends a sequence of bytes."""
-        self.add_numbers("I", len(value))._body += value
-        return self
-
-    def add_header(self, stamp: int, frame: str) -> Cdr:
-        """Appends a `std_msgs/Header` of a time in nanoseconds."""
-        return self.add_numbers("i", stamp // 10**9).add_numbers("I", stamp % 10**9).add_text(frame)
-
-    def to_bytes(self) -> bytes:
-        """The whole message."""
-        return b"\0\1\0\0" + bytes(self._body)
 
 
 def distortion(camera: Camera) -> tuple[str, list[float]]:
@@ -156,20 +125,6 @@ def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> b
     )
     message.add_numbers("d", *np.column_stack([k, [0.0 - k[0, 0] * right, 0.0, 0.0]]).ravel())
     return message.add_numbers("I", 0, 0).add_numbers("I", 0, 0, 0, 0).add_numbers("B", 0).to_bytes()
-
-
-def quaternion(rotation: Floats) -> list[float]:
-    """x, y, z, w of a rotation, w >= 0. Source: S. Shepperd, Quaternion from Rotation Matrix, 1978."""
-    r, trace = rotation, np.trace(rotation)
-    squares = np.array([2 * r[0, 0] - trace, 2 * r[1, 1] - trace, 2 * r[2, 2] - trace, trace])
-    largest = int(np.argmax(squares))
-    pairs = [[r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]]]
-    pairs += [[r[0, 1] + r[1, 0], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]]]
-    pairs += [[r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[1, 0] - r[0, 1]]]
-    pairs += [[r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]]
-    q = np.insert(np.array(pairs[largest]), largest, 1 + squares[largest])
-    q /= np.sqrt((q * q).sum())
-    return [float(value) for value in (q if q[3] >= 0 else -q)]
 
 
 def names(plan: Plan, number: int) -> tuple[str, str]:
@@ -243,6 +198,7 @@ def make(plan: Plan, number: int) -> Made:
             (f"{topic}/depth", "sensor_msgs/msg/Image", image_of(metres, "32FC1", stamp, optical))
         )
     messages += transforms(plan, number, stamp)
+    messages += lidar_messages(plan, number, stamp)
     rows = [(name, kind, base64.b64encode(data).decode()) for name, kind, data in messages]
     return {f"images/{plan.picture_name(number)}.png": picture}, {"stamp": stamp, "messages": rows}
 
@@ -252,12 +208,6 @@ def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) ->
     height, width = values.shape
     message = Cdr().add_header(stamp, frame).add_numbers("I", height, width).add_text(encoding)
     return message.add_numbers("B", 0).add_numbers("I", 4 * width).add_bytes(values.tobytes()).to_bytes()
-
-
-def transform(stamp: int, parent: str, child: str, rotation: Floats, translation: Floats) -> bytes:
-    """A `tf2_msgs/TFMessage` with one transform, which takes coordinates in `child` to coordinates in `parent`."""
-    message = Cdr().add_numbers("I", 1).add_header(stamp, parent).add_text(child)
-    return message.add_numbers("d", *translation).add_numbers("d", *quaternion(rotation)).to_bytes()
 
 
 def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
@@ -281,17 +231,6 @@ def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, byte
         place = transform(stamp, BODY, optical, *mount_of(view.camera, R, C))
         found.append(("/tf_static" if fixed else "/tf", kind, place))
     return found
-
-
-def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
-    """The rotation body_from_world and the position of a rig's body, for the views of one of its poses."""
-    first = plan.shots[pose[0]]
-    return first.body if first.body is not None else (first.camera.R, first.camera.C)
-
-
-def mount_of(camera: Camera, R: Floats, C: Floats) -> tuple[Floats, Floats]:
-    """The rotation body_from_camera, and the camera's place on the body."""
-    return product(R, camera.R.T), product(R, camera.C - C)
 
 
 _fixed: WeakKeyDictionary[Plan, bool] = WeakKeyDictionary()
@@ -373,4 +312,4 @@ def metadata(records: Iterator[Record]) -> str:
     )
 
 
-FORMAT = Format(make, index, check, OPTIONS, posed=True)
+FORMAT = Format(make, index, check, OPTIONS, posed=True, writes_lidars=True)

@@ -55,10 +55,9 @@ def save_scan(
 
 def check_extension(extension: str) -> None:
     """Raises `LidarError` if `extension`, such as ".pcd", belongs to no format of point clouds."""
-    if extension.lower() not in FORMATS:
-        raise LidarError(
-            nearest("extension of a point cloud", extension, list(FORMATS)), code="unknown_format"
-        )
+    known = [*FORMATS, ".pcap"]
+    if extension.lower() not in known:
+        raise LidarError(nearest("extension of a point cloud", extension, known), code="unknown_format")
 
 
 def encode_scan(

@@ -3,7 +3,7 @@
 import { apply, rowOf } from "./vectors.js";
 import { groundBelow } from "./ground.js";
 import { explanationOf } from "./explanation.js";
-import { figureOf } from "./figure.js";
+import { pixelFigureOf } from "./pixel_figure.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message to the client */
 /** @typedef {import("../messages").ClientMessage} ClientMessage */
@@ -354,11 +354,9 @@ export class Session {
     try {
       const size = [...camera.size];
       const { text, ray, found } = explanationOf({ K: [...camera.K], lensRay, size, offset, column: u, row: v, names: this.about.objects, ...triangles });
-      const rayAt = (/** @type {number} */ x, /** @type {number} */ y) => {
-        const numbers = [...camera.ray(x, y)];
-        return { C: numbers.slice(0, 3), r: numbers.slice(3) };
-      };
-      this.say({ type: "explained", column: u, row: v, text, svg: "", figure: figureOf({ rayAt, size, offset, up: this.up, ray, found }) });
+      const rayAt = (/** @type {number} */ x, /** @type {number} */ y) => [...camera.ray(x, y)];
+      const figure = pixelFigureOf({ rayAt, size, offset, up: this.up, isFlat: lensRay.model === "pinhole", ray, found, ...triangles });
+      this.say({ type: "explained", column: u, row: v, text, svg: "", figure });
     } catch (error) {
       this.say({ type: "notice", text: /** @type {Error} */ (error).message });
     }

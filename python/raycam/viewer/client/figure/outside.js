@@ -12,9 +12,8 @@ import { drawArrow, drawDot, drawLine } from "./shapes.js";
  * @property {number[]} C where it is drawn
  * @property {number[]} v the principal axis, a unit vector
  * @property {number[]} size columns and rows
- * @property {number} offset pixel coordinate of the first pixel's centre
- * @property {(u: number, v: number) => { C: number[], r: number[] }} rayAt
  * @property {number} distance of the drawn image plane
+ * @property {number[][]} corners of the drawn image plane: top left, top right, bottom right, bottom left
  * @property {CanvasImageSource | null} [picture] on the image plane
  */
 /**
@@ -151,7 +150,7 @@ export class OutsideView {
 
   /** @param {Pen} pen @param {Rig} rig @param {Part[]} parts @returns {Stroke[]} */
   addCamera(pen, rig, parts) {
-    const corners = imageCorners(rig);
+    const { corners } = rig;
     const seen = corners.map((corner) => this.see(corner));
     const [[a, b, , d], { ctx }, [columns, rows]] = [seen, pen, rig.size];
     parts.push({
@@ -176,24 +175,12 @@ export class OutsideView {
 
   /** The pixel of the image plane at a point of the figure; null outside. @param {Rig} rig @param {number[]} at */
   pixelAt(rig, at) {
-    const [a, b, , d] = imageCorners(rig).map((corner) => this.see(corner));
+    const [a, b, , d] = rig.corners.map((corner) => this.see(corner));
     const [p, q, w] = [[b[0] - a[0], b[1] - a[1]], [d[0] - a[0], d[1] - a[1]], [at[0] - a[0], at[1] - a[1]]];
     const area = p[0] * q[1] - p[1] * q[0];
     const [s, t] = [(w[0] * q[1] - w[1] * q[0]) / area, (p[0] * w[1] - p[1] * w[0]) / area];
     return s >= 0 && s <= 1 && t >= 0 && t <= 1 ? [Math.round(s * rig.size[0] - 0.5), Math.round(t * rig.size[1] - 0.5)] : null;
   }
-}
-
-/** The point of the drawn image plane at pixel coordinates. @param {Rig} rig @param {number} u @param {number} v */
-export function imagePoint(rig, u, v) {
-  const { r } = rig.rayAt(u, v);
-  return plusTimes(rig.C, rig.distance / dot(r, rig.v), r);
-}
-
-/** The corners of the drawn image plane: top left, top right, bottom right, bottom left. @param {Rig} rig */
-export function imageCorners(rig) {
-  const [left, right, bottom] = [rig.offset - 0.5, ...rig.size.map((side) => side - 0.5 + rig.offset)];
-  return [[left, left], [right, left], [right, bottom], [left, bottom]].map(([u, v]) => imagePoint(rig, u, v));
 }
 
 /** @param {number[]} values */

@@ -4,9 +4,9 @@ import { cross, dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.j
 import { pixelOf } from "../core/steps.js";
 import { addMatrices } from "./matrices.js";
 import { fixed, tuple } from "../figure/numbers.js";
-import { imagePoint, OutsideView } from "../figure/outside.js";
+import { OutsideView } from "../figure/outside.js";
 import { drawDot, drawLine } from "../figure/shapes.js";
-import { addOutside, addPicture, centerHandle, cornerHandles, rigOf, vertexHandle, worldContent } from "./views.js";
+import { addOutside, addPicture, centerHandle, cornerHandles, imagePoint, vertexHandle, worldContent } from "./views.js";
 
 /** @typedef {import("./figure.js").Figure} Figure */
 
@@ -59,7 +59,7 @@ export function buildProject(fig) {
     label: "A point X of the world and its image x",
     content: () => {
       const { u, v } = imageOf();
-      const x = imagePoint(rigOf(fig), u, v);
+      const x = imagePoint(fig, u, v);
       return {
         ...worldContent(fig), faded: 0.6, strokes: [{ from: corner(), to: shared.numbers.C, color: "P", width: 2.5, symbol: "P" }],
         spots: [{ at: shared.numbers.C, color: "C", symbol: "C", text: "C" }, { at: x, color: "x", symbol: "x", text: "x" }],
@@ -118,7 +118,7 @@ export function buildBackProject(fig) {
     label: "The line through the pixel and the centre, with the point X′", view: new OutsideView({ center: [0.7, -1.6, 0.9], radius: 2.8 }), picksPixel: true,
     content: () => {
       const { ray, numbers } = shared;
-      const x = imagePoint(rigOf(fig), numbers.pixel[0], numbers.pixel[1]);
+      const x = imagePoint(fig, numbers.pixel[0], numbers.pixel[1]);
       const unit = ray.r.map((value) => value / lengthOf(ray.r));
       const spots = [{ at: numbers.C, color: "C", symbol: "C", text: "C" }, { at: x, color: "x", symbol: "x", text: "x" }];
       if (ray.XPrime) spots.push({ at: ray.XPrime, color: "X′", symbol: "X′", text: "X′" });

@@ -3,7 +3,8 @@
 import { lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";
 import { fixed, tuple } from "../figure/numbers.js";
-import { drawArrow, drawDot, drawLine } from "../figure/shapes.js";
+import { drawCrossings } from "../figure/crossings.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { buildTree, traverse } from "./tree.js";
 import { planePatch } from "./chapter_camera.js";
 import { addOutside, addPicture, worldContent } from "./views.js";
@@ -34,31 +35,7 @@ export function buildCrossings(fig) {
     draw: (pen) => {
       scale = Math.min((pen.width - 40) / 3.6, (pen.height - 44) / 3.8);
       left = (pen.width - 3.4 * scale) / 2;
-      const { corners, edges, g, alongEdge, crossed, inside } = found();
-      drawLine(pen, corners.map(place), { color: "edge", width: 1, fill: inside ? "inside" : "soft", close: true });
-      corners.forEach((corner, i) => {
-        const lit = i < step;
-        drawArrow(pen, place(corner), place(plusTimes(corner, 1, edges[i])), lit ? "edge" : "soft-ink", lit ? 3 : 1.5);
-        const middle = place(plusTimes(corner, 0.5, edges[i]));
-        pen.touch("abc"[i], [place(corner)]);
-        pen.label({ at: middle, text: `v${"₁₂₃"[i]}`, color: pen.color("edge") });
-        pen.label({ at: place(corner), text: "abc"[i], symbol: "abc"[i] });
-      });
-      drawLine(pen, [place(corners[0]), place(g)], { color: "edge", width: 1, dash: [4, 4] });
-      drawArrow(pen, place(f), place(g), "u", pen.lit("u") ? 5 : 3);
-      pen.touch("u", [place(f), place(g)]);
-      pen.label({ at: place([0.5 * (f[0] + g[0]), 0.5 * (f[1] + g[1])]), text: "u", symbol: "u" });
-      corners.forEach((corner, i) => {
-        if (i >= step || Number.isNaN(alongEdge[i])) return;
-        const at = plusTimes(corner, alongEdge[i], edges[i]);
-        if (crossed[i]) drawDot(pen, place(at), "r", 8);
-        else if (Math.abs(at[0]) < 3 && Math.abs(at[1]) < 3) drawDot(pen, place(at), "soft-ink", 4);
-      });
-      for (const corner of corners) drawDot(pen, place(corner), "edge", 5);
-      drawDot(pen, place(g), "u", 6);
-      pen.label({ at: place(g), text: "g = a + v₃", symbol: "g" });
-      drawDot(pen, place(f), "t", 8);
-      pen.label({ at: place(f), text: `f(t): ${inside ? "inside" : "outside"}`, symbol: "f(t)" });
+      drawCrossings(pen, found(), place, step);
     },
     grab: (at) => {
       held = points().find((point) => Math.hypot(place(point)[0] - at[0], place(point)[1] - at[1]) < 18) || null;

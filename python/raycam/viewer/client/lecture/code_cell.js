@@ -28,7 +28,7 @@ export function buildCodeCell(host, shared, pictures) {
   const again = element("button", "Start again", { type: "button" });
   const buttons = element("div", "", { class: "choice" });
   buttons.append(run, again);
-  host.append(element("h4", "Write it yourself"), element("p", task), editor, buttons, verdict);
+  host.append(element("h3", "Write it yourself"), element("p", task), editor, buttons, verdict);
   host.classList.toggle("solved", Boolean(shared.progress[id]));
   editor.addEventListener("input", () => shared.remember(`code-${id}`, editor.value));
   again.addEventListener("click", () => {

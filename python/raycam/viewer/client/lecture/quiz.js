@@ -10,7 +10,7 @@ export function buildQuiz(host, shared) {
   const exercise = EXERCISES.find(({ id }) => id === host.dataset.exercise);
   if (!exercise) throw new Error(`the lecture has no exercise ${host.dataset.exercise}`);
   const { id, title, asked, given } = exercise;
-  host.append(element("h4", "Exercise"), element("p", title));
+  host.append(element("h3", "Exercise"), element("p", title));
   const numbers = element("pre", "", { tabindex: "0", "aria-label": "Given numbers" });
   const form = element("form");
   const fields = asked.map((name) => /** @type {HTMLInputElement} */ (element("input", "", { type: "text", inputmode: "text", autocomplete: "off", "aria-label": name })));

@@ -217,7 +217,15 @@ export function worldContent(fig, withCamera = true) {
 /** The shared camera, as views from outside draw it. @param {Figure} fig @returns {import("../figure/outside.js").Rig} */
 export function rigOf(fig) {
   const { camera, numbers } = fig.shared;
-  return { C: numbers.C, v: rowOf(camera.R, 2), size: SIZE, offset: 0, rayAt: (u, v) => rayOfPixel(camera.P, u, v), distance: IMAGE_DISTANCE, picture: sharedPicture(fig) };
+  const [right, bottom] = SIZE.map((side) => side - 0.5);
+  const corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]].map(([u, v]) => imagePoint(fig, u, v));
+  return { C: numbers.C, v: rowOf(camera.R, 2), size: SIZE, distance: IMAGE_DISTANCE, corners, picture: sharedPicture(fig) };
+}
+
+/** The point of the drawn image plane at pixel coordinates. @param {Figure} fig @param {number} u @param {number} v */
+export function imagePoint({ shared }, u, v) {
+  const { r, C, forward } = rayOfPixel(shared.camera.P, u, v);
+  return plusTimes(C, IMAGE_DISTANCE / dot(r, forward), r);
 }
 
 /** The three axes at the origin. @returns {import("../figure/outside.js").Stroke[]} */

@@ -1,9 +1,9 @@
-// Explanations: texts and figures of one pixel. A figure of the server is shown as an image, where scripts do not run.
+// Explanations: texts and figures of one pixel. Figures of light and of the tree are images, where scripts do not run.
 
 import { byId, element } from "../dom.js";
-import { showFigure } from "./figure.js";
+import { showPixelFigure } from "../figure/pixel.js";
 
-/** @typedef {{ title: string, text: string, svg: string, figure?: Parameters<typeof showFigure>[1] }} Section */
+/** @typedef {{ title: string, text: string, svg: string, figure?: import("../figure/pixel.js").PixelFigure }} Section */
 /** @typedef {Omit<Section, "title"> & { column: number, row: number, sections?: Section[] }} Explanation */
 
 /**
@@ -35,9 +35,9 @@ export function showExplanation({ column, row, text, svg, figure, sections = [] 
  * @param {number} row
  */
 function showSection({ title, text, svg, figure }, column, row) {
-  const drawing = /** @type {SVGElement} */ (/** @type {unknown} */ (document.getElementById("explained-drawing")));
-  drawing.toggleAttribute("hidden", !figure);
-  if (figure) showFigure(drawing, figure);
+  const drawing = byId("explained-drawing", HTMLElement);
+  drawing.hidden = !figure;
+  if (figure) showPixelFigure(drawing, figure, byId("picture", HTMLCanvasElement));
   const image = byId("explained-figure", HTMLImageElement);
   image.hidden = !svg;
   // No blob: a notebook around the page may allow images of data alone.

@@ -1,0 +1,78 @@
+//! Objects that fall and come to rest.
+
+use glam::DMat4;
+use pyo3::prelude::*;
+use raycam_render::RenderError;
+use raycam_settle::{Physics, Place, Request, SettleError, Settled, Target, overlaps, settle};
+
+use crate::error::{OrRaise, world_error};
+use crate::interruptible::run_interruptible;
+use crate::world::state::World;
+
+/// Density, friction, restitution and the number of convex parts.
+type PhysicsParts = (f64, f64, f64, u32);
+/// Attempts, steps, penetration and motion.
+type ReportParts = (usize, usize, f64, f64);
+
+fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics {
+    Physics { density, friction, restitution, parts }
+}
+
+/// Attempts, steps, penetration and motion of objects at rest, and their world_from_mesh.
+type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
+
+/// The moving objects at rest, or else the code and the message of the error. `target` are objects, and true if bodies must
+/// lie within their sides.
+#[pyfunction]
+#[pyo3(signature = (world, moving, physics, target, seed, seconds, gravity))]
+pub(crate) fn world_settle(
+    world: &Bound<'_, World>,
+    moving: Vec<usize>,
+    physics: Vec<(usize, PhysicsParts)>,
+    target: Option<(Vec<usize>, bool)>,
+    seed: u64,
+    seconds: f64,
+    gravity: f64,
+) -> PyResult<(Option<SettledParts>, Option<(&'static str, String)>)> {
+    let inner = world.get().snapshot();
+    let request = Request {
+        moving,
+        physics: physics.into_iter().map(|(object, parts)| (object, properties(parts))).collect(),
+        target: target
+            .map(|(objects, is_into)| Target { objects, place: if is_into { Place::Into } else { Place::On } }),
+        seed,
+        seconds,
+        gravity,
+    };
+    for &object in request.moving.iter().chain(request.target.iter().flat_map(|target| &target.objects)) {
+        inner.check_object(object).or_raise()?;
+    }
+    let settled =
+        run_interruptible(world.py(), None, |control| match settle(&inner, &request, &|| control.is_cancelled()) {
+            Err(SettleError::Cancelled) => Err(RenderError::Cancelled),
+            result => Ok(result),
+        })?;
+    let rows = |transform: &glam::DAffine3| DMat4::from(*transform).transpose().to_cols_array_2d();
+    Ok(match settled {
+        Ok(Settled { transforms, report }) => {
+            let figures = (report.attempts, report.steps, report.penetration, report.motion);
+            (Some((figures, transforms.iter().map(rows).collect())), None)
+        }
+        Err(error) => (None, Some((error.code(), error.to_string()))),
+    })
+}
+
+/// Pairs of visible objects of different groups that overlap by more than `limit` metres, and the depth.
+#[pyfunction]
+pub(crate) fn world_overlaps(
+    world: &Bound<'_, World>,
+    groups: Vec<usize>,
+    limit: f64,
+) -> PyResult<Vec<(usize, usize, f64)>> {
+    let inner = world.get().snapshot();
+    if groups.len() != inner.objects.len() {
+        return Err(world_error(format!("expected {} groups, got {}", inner.objects.len(), groups.len())));
+    }
+    let found = run_interruptible(world.py(), None, |_| Ok(overlaps(&inner, &groups, limit)))?;
+    Ok(found.iter().map(|overlap| (overlap.objects[0], overlap.objects[1], overlap.depth)).collect())
+}

@@ -1,0 +1,41 @@
+//! Errors of settling.
+
+/// Why objects do not settle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettleError {
+    /// A number is outside its range.
+    #[error("{0}")]
+    OutOfRange(String),
+    /// An object without volume cannot fall.
+    #[error("object {name:?} has no volume, so it cannot fall; {remedy}", remedy = "use a mesh that encloses a volume")]
+    NoVolume {
+        /// The object.
+        name: String,
+    },
+    /// No attempt passed the checks.
+    #[error("{message} (last of {attempts} attempts); use fewer objects, more room, more time or another seed")]
+    NotSettled {
+        /// The first check that failed, with object and figure.
+        message: String,
+        /// Number of attempts.
+        attempts: usize,
+    },
+    /// The caller has stopped the work.
+    #[error("settling was cancelled")]
+    Cancelled,
+}
+
+/// Result of settling.
+pub type Result<T> = std::result::Result<T, SettleError>;
+
+impl SettleError {
+    /// The kind of error, as the codes of raycam's errors.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::OutOfRange(_) => "out_of_range",
+            Self::NoVolume { .. } => "no_volume",
+            Self::NotSettled { .. } => "not_settled",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! rapier's world.
+
+use rapier3d_f64::math::{Pose, Vector};
+use rapier3d_f64::parry::bounding_volume::BoundingVolume;
+use rapier3d_f64::prelude::*;
+
+use crate::bodies::{Body, Obstacle};
+use crate::request::{Physics, Request};
+use crate::start::Start;
+
+/// Length of a step in seconds.
+const STEP: f64 = 1.0 / 240.0;
+/// Steps between two looks at what moves.
+const WINDOW_STEPS: usize = 60;
+/// Windows without motion after which everything is at rest: one second.
+const REST_WINDOWS: usize = 4;
+/// Motion in metres within a second that counts as rest.
+pub(crate) const REST_MOTION: f64 = 1e-4;
+/// Thickness in metres around each shape, for objects of 0.1 m and more, so that contacts leave a gap instead of an overlap.
+const SKIN: f64 = 1e-4;
+/// Natural frequency in Hz and damping ratio of contacts: as stiff as the solver's substeps of 1/960 s allow, because the
+/// sag under a load falls with the square of the frequency.
+const CONTACT_FREQUENCY: f64 = 240.0;
+const CONTACT_DAMPING: f64 = 10.0;
+/// Damping rates, in 1/s, while objects fall and at the end of the time, where they also stop rolling.
+const DAMPING: f64 = 0.1;
+const FINAL_DAMPING: f64 = 10.0;
+/// Share of the time after which damping grows.
+const DAMPING_BEGINS: f64 = 0.2;
+
+/// Bodies among obstacles while they fall.
+pub(crate) struct Simulation<'a> {
+    physics: PhysicsWorld,
+    bodies: &'a [Body],
+    handles: Vec<Option<RigidBodyHandle>>,
+    up: Vector,
+    /// Steps made so far.
+    pub(crate) steps: usize,
+}
+
+impl<'a> Simulation<'a> {
+    /// The obstacles, without bodies.
+    pub(crate) fn new(request: &Request, up: Vector, bodies: &'a [Body], obstacles: &[(SharedShape, Physics)]) -> Self {
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = up * -request.gravity;
+        physics.integration_parameters = parameters(bodies);
+        let tolerance = bodies.iter().map(Body::tolerance).fold(1.0, f64::min);
+        for (shape, properties) in obstacles {
+            physics.insert_collider(collider(shape.clone(), properties, tolerance), None);
+        }
+        Self { physics, bodies, handles: vec![None; bodies.len()], up, steps: 0 }
+    }
+
+    /// Inserts each body at its time and lets them fall, until nothing moves or `seconds` have passed after the last start.
+    /// Returns `None` if `stop` returns true.
+    pub(crate) fn fall(&mut self, starts: &[Start], seconds: f64, stop: &dyn Fn() -> bool) -> Option<()> {
+        let last = starts.iter().map(|start| start.time).fold(0.0, f64::max);
+        let count = ((last + seconds) / STEP).ceil() as usize;
+        let mut calm = 0;
+        let mut before = self.poses();
+        for step in 0..count {
+            let time = step as f64 * STEP;
+            for (i, start) in starts.iter().enumerate() {
+                if self.handles[i].is_none() && start.time <= time {
+                    self.insert(i, start.pose);
+                    before = self.poses();
+                }
+            }
+            let late = ((time - last) / seconds - DAMPING_BEGINS) / (1.0 - DAMPING_BEGINS);
+            self.damp(DAMPING + (FINAL_DAMPING - DAMPING) * late.clamp(0.0, 1.0));
+            self.step();
+            if step % WINDOW_STEPS == WINDOW_STEPS - 1 {
+                if stop() {
+                    return None;
+                }
+                let is_calm = self.motion_since(&before).is_some_and(|(motion, _)| motion < REST_MOTION);
+                calm = if is_calm { calm + 1 } else { 0 };
+                if !is_calm {
+                    before = self.poses();
+                }
+                if calm >= REST_WINDOWS {
+                    break;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Lets bodies move for another second as at first; returns the greatest motion and its body.
+    pub(crate) fn wait(&mut self) -> (f64, usize) {
+        let before = self.poses();
+        self.damp(DAMPING);
+        for _ in 0..WINDOW_STEPS * REST_WINDOWS {
+            self.step();
+        }
+        self.motion_since(&before).unwrap_or((f64::MAX, 0))
+    }
+
+    /// The poses of the bodies; those that have not started are where they are in the world.
+    pub(crate) fn poses(&self) -> Vec<Pose> {
+        let pose = |(handle, body): (&Option<RigidBodyHandle>, &Body)| {
+            handle.map_or(body.origin, |handle| *self.physics.bodies[handle].position())
+        };
+        self.handles.iter().zip(self.bodies).map(pose).collect()
+    }
+
+    /// How messages name a body.
+    pub(crate) fn name(&self, body: usize) -> String {
+        format!("object {:?}", self.bodies[body].name)
+    }
+
+    /// Moves a body up and stops it.
+    pub(crate) fn lift(&mut self, body: usize, height: f64) {
+        let up = self.up;
+        let Some(handle) = self.handles[body] else { return };
+        let Some(body) = self.physics.bodies.get_mut(handle) else { return };
+        let pose = Pose::from_parts(body.translation() + up * height, *body.rotation());
+        body.set_position(pose, true);
+        body.set_linvel(Vector::ZERO, true);
+        body.set_angvel(Vector::ZERO, true);
+    }
+
+    fn step(&mut self) {
+        self.physics.step();
+        self.steps += 1;
+    }
+
+    /// Sets the damping of turns, and a fifth of it for motion.
+    fn damp(&mut self, rate: f64) {
+        for &handle in self.handles.iter().flatten() {
+            if let Some(body) = self.physics.bodies.get_mut(handle) {
+                body.set_angular_damping(rate);
+                body.set_linear_damping(0.2 * rate);
+            }
+        }
+    }
+
+    /// The greatest motion of a point of a body, and the body; `None` unless all bodies have started.
+    fn motion_since(&self, before: &[Pose]) -> Option<(f64, usize)> {
+        if self.handles.iter().any(Option::is_none) {
+            return None;
+        }
+        let motion = |((now, then), body): ((&Pose, &Pose), &Body)| {
+            let turn = (then.rotation.inverse() * now.rotation).normalize();
+            // The chord of the angle, without trigonometry.
+            let chord = 2.0 * Vector::new(turn.x, turn.y, turn.z).length();
+            (now.translation - then.translation).length() + chord * body.radius
+        };
+        let poses = self.poses();
+        let motions = poses.iter().zip(before).zip(self.bodies).map(motion).enumerate();
+        Some(motions.fold((0.0, 0), |worst, (i, motion)| if motion > worst.0 { (motion, i) } else { worst }))
+    }
+
+    /// Inserts a body, above those that are in its way.
+    fn insert(&mut self, number: usize, mut pose: Pose) {
+        let body = &self.bodies[number];
+        let present = self.poses();
+        let mut others: Vec<_> = present
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| self.handles[*i].is_some())
+            .map(|(i, pose)| self.bodies[i].surface.at(*pose).bounds.loosened(0.05 * self.bodies[i].radius))
+            .collect();
+        others.sort_by(|a, b| a.maxs.dot(self.up).total_cmp(&b.maxs.dot(self.up)));
+        for other in others {
+            let own = body.surface.at(pose).bounds;
+            if own.intersects(&other) {
+                pose.translation += self.up * (other.maxs - own.mins).dot(self.up);
+            }
+        }
+        let built = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false).allow_fast_rotation(false);
+        let handle = self.physics.insert_body(built);
+        for part in &body.parts {
+            self.physics.insert_collider(collider(part.clone(), &body.physics, body.tolerance()), Some(handle));
+        }
+        self.handles[number] = Some(handle);
+    }
+}
+
+fn collider(shape: SharedShape, physics: &Physics, tolerance: f64) -> ColliderBuilder {
+    ColliderBuilder::new(shape)
+        .density(physics.density)
+        .friction(physics.friction)
+        .restitution(physics.restitution)
+        .contact_skin(SKIN * tolerance)
+}
+
+/// Parameters for objects of this size; rapier's own are for a size of a metre.
+fn parameters(bodies: &[Body]) -> IntegrationParameters {
+    let mut sizes: Vec<f64> = bodies.iter().map(|body| body.size).collect();
+    sizes.sort_by(f64::total_cmp);
+    let stiff = SpringCoefficients::new(CONTACT_FREQUENCY, CONTACT_DAMPING);
+    IntegrationParameters {
+        dt: STEP,
+        contact_softness: stiff,
+        static_contact_softness: stiff,
+        length_unit: sizes.get(sizes.len() / 2).copied().unwrap_or(1.0),
+        contact_recycling: false,
+        friction_model: FrictionModel::Coulomb,
+        ..IntegrationParameters::default()
+    }
+}
+
+/// The shapes of obstacles, with their properties.
+pub(crate) fn shapes(obstacles: &[Obstacle]) -> Vec<(SharedShape, Physics)> {
+    obstacles.iter().map(|obstacle| (obstacle.shape(), obstacle.physics)).collect()
+}

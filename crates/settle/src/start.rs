@@ -1,0 +1,89 @@
+//! Poses from which objects are dropped.
+
+use glam::DVec3;
+use rapier3d_f64::math::{Pose, Vector};
+use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
+use raycam_scene::Up;
+
+use crate::bodies::{Body, Obstacle};
+use crate::convert::vector;
+use crate::random::Stream;
+use crate::request::Place;
+
+/// Simulated time between two objects, in seconds.
+const INTERVAL: f64 = 0.1;
+/// Draws of a pose that does not start inside of an obstacle.
+const MAX_DRAWS: usize = 64;
+
+/// Where and when a body starts.
+#[derive(Clone, Copy)]
+pub(crate) struct Start {
+    pub(crate) time: f64,
+    pub(crate) pose: Pose,
+}
+
+/// The bounds above which objects are dropped.
+pub(crate) struct Region {
+    /// The indices of the target's objects.
+    pub(crate) objects: Vec<usize>,
+    pub(crate) bounds: Aabb,
+    pub(crate) place: Place,
+    pub(crate) up: Vector,
+}
+
+impl Region {
+    /// The region of obstacles; `None` without any.
+    pub(crate) fn new<'a>(targets: impl Iterator<Item = &'a Obstacle>, place: Place, up: Up) -> Option<Self> {
+        let targets: Vec<&Obstacle> = targets.collect();
+        let bounds = targets.iter().map(|target| target.bounds).reduce(|a, b| a.merged(&b))?;
+        let objects = targets.iter().map(|target| target.object).collect();
+        Some(Self { objects, bounds, place, up: vector(up.axis()) })
+    }
+
+    /// A random start of each body above the region, one after the other.
+    pub(crate) fn starts(&self, bodies: &[Body], obstacles: &[Obstacle], seed: u64, attempt: u64) -> Vec<Start> {
+        let start = |(i, body): (usize, &Body)| {
+            let mut stream = Stream::new(seed, &body.name, attempt);
+            let mut pose = self.draw(body, &mut stream);
+            for _ in 1..MAX_DRAWS {
+                let is_free = |other: &Obstacle| {
+                    other.bounds.distance_to_local_point_at_least(pose.translation, body.radius)
+                        || other.surface.distance(pose.translation) > body.radius
+                };
+                if obstacles.iter().all(is_free) {
+                    break;
+                }
+                pose = self.draw(body, &mut stream);
+            }
+            Start { time: INTERVAL * i as f64, pose }
+        };
+        bodies.iter().enumerate().map(start).collect()
+    }
+
+    fn draw(&self, body: &Body, stream: &mut Stream) -> Pose {
+        let level = Vector::ONE - self.up;
+        let middle = self.bounds.center();
+        // A body that is wider than the region starts above its middle.
+        let room = (self.bounds.half_extents() - Vector::splat(body.radius)).max(Vector::ZERO) * level;
+        let height = self.bounds.maxs.dot(self.up) + 1.05 * body.radius;
+        let (low, high) = (middle * level - room, middle * level + room);
+        let [low, high] = [low, high].map(|corner| DVec3::from_array(corner.to_array()));
+        let point = vector(stream.point(low, high)) + self.up * height;
+        Pose::from_parts(point, stream.rotation())
+    }
+}
+
+trait DistanceAtLeast {
+    fn distance_to_local_point_at_least(&self, point: Vector, distance: f64) -> bool;
+}
+
+impl DistanceAtLeast for Aabb {
+    fn distance_to_local_point_at_least(&self, point: Vector, distance: f64) -> bool {
+        (point - point.clamp(self.mins, self.maxs)).length() >= distance
+    }
+}
+
+/// The bodies where they are in the world, all at once.
+pub(crate) fn present_starts(bodies: &[Body]) -> Vec<Start> {
+    bodies.iter().map(|body| Start { time: 0.0, pose: body.origin }).collect()
+}

@@ -1,0 +1,101 @@
+//! Objects that are thrown into a bin.
+
+use glam::DAffine3;
+use raycam_scene::World;
+use raycam_scene::mesh::primitive;
+use raycam_settle::{Place, Request, Target, settle};
+
+use crate::common::{add, moved, request};
+
+/// A bin of five boxes with `count` objects above it, and its indices.
+fn bin(count: usize) -> (World, Vec<usize>, Vec<usize>) {
+    let mut world = World::default();
+    let mut wall = |name: &str, size: [f64; 3], x: f64, y: f64, z: f64| {
+        add(&mut world, name, primitive::box_(size).unwrap(), moved(x, y, z))
+    };
+    let sides = vec![
+        wall("bottom", [0.4, 0.3, 0.01], 0.0, 0.0, 0.005),
+        wall("left", [0.01, 0.3, 0.15], -0.195, 0.0, 0.085),
+        wall("right", [0.01, 0.3, 0.15], 0.195, 0.0, 0.085),
+        wall("front", [0.38, 0.01, 0.15], 0.0, -0.145, 0.085),
+        wall("back", [0.38, 0.01, 0.15], 0.0, 0.145, 0.085),
+    ];
+    let things = (0..count)
+        .map(|i| {
+            let mesh = match i % 4 {
+                0 => primitive::box_([0.06, 0.04, 0.03]),
+                1 => primitive::cylinder(0.02, 0.07, 32),
+                2 => primitive::sphere(0.025, 3),
+                _ => primitive::torus(0.03, 0.008, 24),
+            };
+            add(&mut world, &format!("thing-{i}"), mesh.unwrap(), DAffine3::IDENTITY)
+        })
+        .collect();
+    (world, sides, things)
+}
+
+fn into_bin(things: &[usize], sides: &[usize], seed: u64) -> Request {
+    let target = Some(Target { objects: sides.to_vec(), place: Place::Into });
+    Request { target, seed, ..request(things) }
+}
+
+#[test]
+fn pile_in_a_bin_rests_without_penetration() {
+    let (world, sides, things) = bin(20);
+    let settled = settle(&world, &into_bin(&things, &sides, 7), &|| false).unwrap();
+    assert!(settled.report.penetration <= 2e-4, "{:?}", settled.report);
+    assert!(settled.report.motion <= 1e-4, "{:?}", settled.report);
+    for transform in &settled.transforms {
+        let center = transform.translation;
+        assert!(center.x.abs() < 0.19 && center.y.abs() < 0.14 && center.z > 0.01, "{center}");
+        let linear = transform.matrix3;
+        assert!((linear.transpose() * linear).abs_diff_eq(glam::DMat3::IDENTITY, 1e-12));
+    }
+}
+
+#[test]
+fn equal_requests_have_equal_bytes() {
+    let (world, sides, things) = bin(6);
+    let poses = |seed| settle(&world, &into_bin(&things, &sides, seed), &|| false).unwrap().transforms;
+    let first = poses(3);
+    let again = std::thread::spawn({
+        let (world, request) = (world.clone(), into_bin(&things, &sides, 3));
+        move || settle(&world, &request, &|| false).unwrap().transforms
+    });
+    assert_eq!(first, again.join().unwrap());
+    assert_ne!(first, poses(4));
+}
+
+#[test]
+fn order_does_not_matter_to_objects_that_do_not_touch() {
+    // Two far tables would be two targets; on one large floor, three small objects do not meet.
+    let mut world = World::default();
+    let floor = add(&mut world, "floor", primitive::box_([20.0, 20.0, 0.1]).unwrap(), moved(0.0, 0.0, -0.05));
+    let things: Vec<usize> = (0..3)
+        .map(|i| {
+            add(&mut world, &format!("box-{i}"), primitive::box_([0.1, 0.07, 0.05]).unwrap(), moved(0.0, 0.0, 0.0))
+        })
+        .collect();
+    let request = |order: &[usize]| Request {
+        target: Some(Target { objects: vec![floor], place: Place::On }),
+        seed: 5,
+        ..request(order)
+    };
+    let forward = settle(&world, &request(&things), &|| false).unwrap().transforms;
+    let backward = settle(&world, &request(&[things[2], things[1], things[0]]), &|| false).unwrap().transforms;
+    for (a, b) in forward.iter().zip(backward.iter().rev()) {
+        assert!(a.abs_diff_eq(*b, 1e-9), "{a:?} {b:?}");
+    }
+}
+
+/// Many seeds; `RAYCAM_PROOF` makes them 1,000.
+#[test]
+fn many_seeds_settle() {
+    let count = if std::env::var_os("RAYCAM_PROOF").is_some() { 1000 } else { 3 };
+    let (world, sides, things) = bin(10);
+    for seed in 0..count {
+        let settled = settle(&world, &into_bin(&things, &sides, seed), &|| false);
+        let report = settled.unwrap_or_else(|error| panic!("seed {seed}: {error}")).report;
+        assert!(report.penetration <= 2e-4, "seed {seed}: {report:?}");
+    }
+}

@@ -1,0 +1,102 @@
+//! Objects that fall from where they are.
+
+use glam::DVec3;
+use raycam_scene::World;
+use raycam_scene::mesh::primitive;
+use raycam_settle::{Physics, SettleError, overlaps, settle};
+
+use crate::common::{add, bowl, moved, request};
+
+#[test]
+fn tower_of_boxes_stands() {
+    let mut world = World::default();
+    add(&mut world, "table", primitive::box_([1.0, 1.0, 0.02]).unwrap(), moved(0.0, 0.0, -0.01));
+    let boxes: Vec<usize> = (0..5)
+        .map(|i| {
+            let place = moved(0.0, 0.0, 0.026 + 0.051 * f64::from(i));
+            add(&mut world, &format!("box-{i}"), primitive::box_([0.1, 0.1, 0.05]).unwrap(), place)
+        })
+        .collect();
+    let settled = settle(&world, &request(&boxes), &|| false).unwrap();
+    for (i, transform) in settled.transforms.iter().enumerate() {
+        let expected = DVec3::new(0.0, 0.0, 0.025 + 0.05 * i as f64);
+        let off = transform.translation - expected;
+        assert!(off.truncate().length() < 1e-3, "box {i} slid by {off}");
+        // Each contact leaves a gap of at most two skins.
+        assert!((-1e-4..1e-3).contains(&off.z), "box {i} is {off} off");
+        assert!(transform.matrix3.z_axis.z > 0.9999, "box {i} tilts");
+    }
+    assert!(settled.report.penetration <= 2e-4);
+}
+
+#[test]
+fn ball_in_a_bowl_lies_lowest() {
+    let mut world = World::default();
+    add(&mut world, "bowl", bowl(0.2, 0.1, 48), moved(0.0, 0.0, 0.0));
+    let ball = add(&mut world, "ball", primitive::sphere(0.02, 3).unwrap(), moved(0.12, 0.03, 0.12));
+    let settled = settle(&world, &request(&[ball]), &|| false).unwrap();
+    let center = settled.transforms[0].translation;
+    assert!(center.truncate().length() < 8e-3, "the ball lies at {center}");
+    assert!((0.0195..0.0215).contains(&center.z), "the ball lies at {center}");
+}
+
+#[test]
+fn ring_over_a_peg_falls_over_it() {
+    // The hull of the ring would stay on top of the peg.
+    let mut world = World::default();
+    add(&mut world, "floor", primitive::plane([2.0; 2]).unwrap(), moved(0.0, 0.0, 0.0));
+    add(&mut world, "peg", primitive::cylinder(0.01, 0.1, 32).unwrap(), moved(0.0, 0.0, 0.05));
+    let ring = add(&mut world, "ring", primitive::torus(0.05, 0.01, 32).unwrap(), moved(0.0, 0.0, 0.15));
+    let settled = settle(&world, &request(&[ring]), &|| false).unwrap();
+    let low = settled.transforms[0].translation.z;
+    assert!((0.0099..0.0105).contains(&low), "the ring lies at a height of {low}");
+}
+
+#[test]
+fn flat_object_is_refused() {
+    let mut world = World::default();
+    let sheet = add(&mut world, "sheet", primitive::plane([1.0; 2]).unwrap(), moved(0.0, 0.0, 1.0));
+    let refused = settle(&world, &request(&[sheet]), &|| false).unwrap_err();
+    assert_eq!(refused, SettleError::NoVolume { name: "sheet".into() });
+}
+
+#[test]
+fn object_without_ground_is_refused() {
+    let mut world = World::default();
+    let ball = add(&mut world, "ball", primitive::sphere(0.02, 2).unwrap(), moved(0.0, 0.0, 1.0));
+    let refused = settle(&world, &request(&[ball]), &|| false).unwrap_err();
+    assert!(matches!(refused, SettleError::NotSettled { attempts: 1, .. }), "{refused}");
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let world = World::default();
+    let mut negative = request(&[]);
+    negative.seconds = -1.0;
+    let mut bouncy = request(&[]);
+    bouncy.physics = vec![(0, Physics { restitution: 1.5, ..Physics::default() })];
+    for wrong in [negative, bouncy] {
+        assert!(matches!(settle(&world, &wrong, &|| false), Err(SettleError::OutOfRange(_))));
+    }
+}
+
+#[test]
+fn cancelled_settling_ends() {
+    let mut world = World::default();
+    let ball = add(&mut world, "ball", primitive::sphere(0.02, 2).unwrap(), moved(0.0, 0.0, 1.0));
+    assert_eq!(settle(&world, &request(&[ball]), &|| true).unwrap_err(), SettleError::Cancelled);
+}
+
+#[test]
+fn overlaps_list_pairs_of_different_groups() {
+    let mut world = World::default();
+    let cube = || primitive::box_([1.0; 3]).unwrap();
+    add(&mut world, "a", cube(), moved(0.0, 0.0, 0.0));
+    add(&mut world, "b", cube(), moved(0.9, 0.1, 0.2));
+    add(&mut world, "c", cube(), moved(2.5, 0.0, 0.0));
+    let found = overlaps(&world, &[0, 1, 2], 2e-4);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].objects, [0, 1]);
+    assert!((found[0].depth - 0.1).abs() < 1e-9);
+    assert!(overlaps(&world, &[0, 0, 2], 2e-4).is_empty());
+}

@@ -1,0 +1,58 @@
+"""Lidars of data sets: their motion between the poses of a rig, and their scans."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arguments import Floats
+from ..camera import Camera
+from ..lidar import Lidar, Scan, scan
+from ..rig import Rig
+from ..sensors import Sensor
+from .plan import Plan, View
+
+__all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar"]
+
+
+def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:
+    """Returns the sensors of a rig that are not cameras, by name; lidars move to the rig's next pose.
+
+    `rigs` are the poses of one rig at `times`. At the last pose, the last motion continues.
+    """
+    rig = rigs[number]
+    assert isinstance(rig, Rig)
+    found = {name: one for name, one in rig.sensors.items() if not isinstance(one, Camera)}
+    pair = (number, number + 1) if number + 1 < len(rigs) else (number - 1, number)
+    first, second = rigs[pair[0]], rigs[pair[1]] if pair[0] >= 0 else None
+    start, end = times[pair[0]], times[pair[1]]
+    if not isinstance(first, Rig) or not isinstance(second, Rig) or first.name != second.name:
+        return found
+    if start is None or end is None or end <= start:
+        return found
+    for name, lidar in found.items():
+        before, after = first.sensors.get(name), second.sensors.get(name)
+        if not (isinstance(lidar, Lidar) and isinstance(before, Lidar) and isinstance(after, Lidar)):
+            continue
+        if not lidar.is_moving and not np.array_equal(before.pose, after.pose):
+            found[name] = lidar.moving_by(before.pose, after.pose, end - start)
+    return found
+
+
+def lidars_of(view: View) -> dict[str, Lidar]:
+    """Returns the lidars that are sampled with a view, by name."""
+    return {name: sensor for name, sensor in view.sensors.items() if isinstance(sensor, Lidar)}
+
+
+def pose_of(lidar: Lidar) -> Floats:
+    """Returns the pose world_from_sensor at the start of the lidar's frame, float64 [4, 4]."""
+    turns, places = lidar.track.at(np.zeros(1))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turns[0], places[0]
+    return matrix
+
+
+def scan_lidar(plan: Plan, number: int, lidar: Lidar) -> Scan:
+    """Returns the scan of a lidar at the time of a view; the view's number selects the noise."""
+    return scan(plan.world_of(plan.shots[number]), lidar, frame=number, threads=plan.threads)

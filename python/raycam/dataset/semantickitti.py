@@ -1,0 +1,166 @@
+"""SemanticKITTI: scans of a lidar with labels of points, in the layout of KITTI's odometry benchmark.
+
+Source: semantic-kitti.org, "Dataset"; `semantic-kitti-api`; the development kit of KITTI's odometry benchmark.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats, product
+from ..camera import Camera
+from ..errors import CameraError, SettingsError, nearest
+from ..lidar import Lidar
+from .lidars import lidars_of, pose_of, scan_lidar
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, matrix_text
+
+__all__ = ["FORMAT"]
+
+OPTIONS: dict[str, Any] = {"lidar": None, "sequence": "00", "labels": None, "fps": 10.0}
+MAX_ID = 0xFFFF
+"""The greatest label, and the greatest number of an instance."""
+UNLABELLED = 0
+
+
+def check(plan: Plan) -> None:
+    """Raises an error unless all views are of rigs with the lidar, and the first camera is a pinhole."""
+    if len(plan.rigs) == 0 or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
+        raise SettingsError(
+            'semantickitti needs a rig with a lidar: cameras=raycam.Rig({"camera": camera, "top": lidar})',
+            code="missing_value",
+        )
+    for frame in plan.rigs:
+        chosen_lidar(plan, frame[0])
+        camera = plan.shots[frame[0]].camera
+        if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
+            raise CameraError(
+                f"camera {frame[0]} has a lens or skew, and KITTI's have neither: {NO_LENSES}",
+                code="unsupported_camera",
+            )
+    fps = plan.options["fps"]
+    if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
+        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
+    sequence = plan.options["sequence"]
+    if not (isinstance(sequence, str) and sequence.isalnum()):
+        raise SettingsError(f'sequence is {sequence!r}, expected a name such as "00"', code="invalid_value")
+    label_ids(plan)
+    if len(plan.objects) > MAX_ID:
+        raise SettingsError(
+            f"{len(plan.objects)} objects; SemanticKITTI's labels have 16 bits for instances",
+            code="cannot_write",
+        )
+
+
+def chosen_lidar(plan: Plan, number: int) -> Lidar:
+    """Returns the lidar of a view; raises `SettingsError` if it has none, or several without the option `lidar`."""
+    lidars, name = lidars_of(plan.shots[number]), plan.options["lidar"]
+    if name is None and len(lidars) == 1:
+        return next(iter(lidars.values()))
+    if not lidars:
+        raise SettingsError(f"the rig of view {number} has no lidar", code="missing_value")
+    if name is None:
+        raise SettingsError(
+            f"the rig has {len(lidars)} lidars ({', '.join(lidars)}); select one with lidar=NAME",
+            code="missing_value",
+        )
+    if name not in lidars:
+        raise SettingsError(nearest("lidar", name, list(lidars)), code="unknown_name")
+    return lidars[name]
+
+
+def label_ids(plan: Plan) -> dict[str, int]:
+    """Returns the label of each category; raises `SettingsError` for unknown categories and ids beyond 16 bits."""
+    given = plan.options["labels"] or {}
+    for name in given:
+        if name not in plan.category_ids:
+            raise SettingsError(nearest("category", name, list(plan.category_ids)), code="unknown_name")
+    found = {**plan.category_ids, **given}
+    for name, number in found.items():
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= MAX_ID:
+            raise SettingsError(
+                f"labels: {name} has the id {number!r}, expected a whole number from 0 to {MAX_ID}",
+                code="out_of_range",
+            )
+    return found
+
+
+def make(plan: Plan, number: int) -> Made:
+    """Makes a scan, its labels and the image of the first camera."""
+    view = plan.rigs[number][0]
+    shot, lidar = plan.shot(view), chosen_lidar(plan, view)
+    scan = scan_lidar(plan, view, lidar)
+    reflectance = scan["intensity"].astype(np.float32) / np.float32(255.0)
+    points = np.column_stack([scan.deskewed(0.0).astype("<f4"), reflectance]).astype("<f4")
+    base, name = f"sequences/{plan.options['sequence']}", f"{number:06d}"
+    files = {
+        f"{base}/velodyne/{name}.bin": points.tobytes(),
+        f"{base}/labels/{name}.label": labels(shot, scan["instance"]).astype("<u4").tobytes(),
+        f"{base}/image_2/{name}.png": shot.render(["color"]).to_png(),
+    }
+    camera = shot.camera
+    time = shot.time if shot.time is not None else number / float(plan.options["fps"])
+    record: Record = {"pose": world_from_camera(camera).tolist(), "time": time}
+    if number == 0:
+        record["calib"] = calibration(camera, lidar)
+    return files, record
+
+
+def labels(shot: Shot, instance: npt.NDArray[np.int32]) -> npt.NDArray[np.uint32]:
+    """Returns the labels [n] of points: the category in the low 16 bits, 1 + the object's number in the high ones."""
+    ids, plan = label_ids(shot.plan), shot.plan
+    known = set(plan.labelled_of(shot.objects))
+    semantic = [ids[item.category or "object"] if item.id in known else UNLABELLED for item in shot.objects]
+    table = np.array([*semantic, UNLABELLED], np.uint32)
+    number = np.where(instance >= 0, instance + 1, 0).astype(np.uint32)
+    return table[instance] | (number << np.uint32(16))
+
+
+def world_from_camera(camera: Camera) -> Floats:
+    """Returns the pose of a camera [4, 4]."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = camera.R.T, camera.C
+    return matrix
+
+
+def calibration(camera: Camera, lidar: Lidar) -> str:
+    """Returns calib.txt: the projections P0 to P3, all of the first camera, and Tr, camera_from_lidar."""
+    projection = np.column_stack([k_with_integer_centers(camera), np.zeros(3)])
+    pose = pose_of(lidar)
+    turn = product(camera.R, pose[:3, :3])
+    place = product(camera.R, pose[:3, 3] - camera.C)
+    rows = [(f"P{i}", projection) for i in range(4)] + [("Tr", np.column_stack([turn, place]))]
+    return "".join(f"{name}: {matrix_text(matrix)}\n" for name, matrix in rows)
+
+
+def units(plan: Plan) -> int:
+    """The number of poses of the rig."""
+    return max(1, len(plan.rigs))
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """Makes calib.txt, poses.txt (relative to the first camera), times.txt and the names of the labels."""
+    base = f"sequences/{plan.options['sequence']}"
+    first = next(records())
+    start = np.array(first["pose"])
+
+    def poses() -> Iterator[bytes]:
+        for record in records():
+            pose = np.array(record["pose"])
+            turn = product(start[:3, :3].T, pose[:3, :3])
+            place = product(start[:3, :3].T, pose[:3, 3] - start[:3, 3])
+            yield (matrix_text(np.column_stack([turn, place])) + "\n").encode()
+
+    yield f"{base}/calib.txt", [first["calib"].encode()]
+    yield f"{base}/poses.txt", poses()
+    yield f"{base}/times.txt", (f"{record['time'] - first['time']:.9e}\n".encode() for record in records())
+    names = {UNLABELLED: "unlabeled", **{number: name for name, number in label_ids(plan).items()}}
+    lines = ["labels:", *(f"  {number}: {json.dumps(name)}" for number, name in sorted(names.items())), ""]
+    yield "labels.yaml", ["\n".join(lines).encode()]
+
+
+FORMAT = Format(make, index, check, OPTIONS, units=units, posed=True, writes_lidars=True)

@@ -1,0 +1,154 @@
+"""Velodyne's data packets, as a capture file (PCAP) of UDP.
+
+Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; the Wireshark project,
+"Libpcap File Format".
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arguments import Floats
+from ...errors import LidarError
+
+__all__ = ["Firings", "pcap_bytes", "velodyne_packets"]
+
+BLOCKS = 12
+"""Blocks of 32 channels in a packet."""
+CHANNELS = 32
+PRODUCTS = {"vlp16": 0x22, "puck-hires": 0x24, "vlp32c": 0x28, "hdl32e": 0x21}
+"""The last byte of a packet, by device."""
+RETURN_MODES = {"strongest": 0x37, "last": 0x38, "dual": 0x39}
+CHANNEL = np.dtype([("distance", "<u2"), ("intensity", "u1")])
+BLOCK = np.dtype([("flag", "<u2"), ("azimuth", "<u2"), ("channels", CHANNEL, CHANNELS)])
+HEADER_SIZE = 42
+"""Bytes of the Ethernet, IP and UDP headers."""
+PORT = 2368
+MICROSECONDS_PER_HOUR = 3_600_000_000
+
+
+@dataclass(frozen=True)
+class Firings:
+    """What packets need of a lidar: its name and mode of returns, and the times of its pulses."""
+
+    device: str
+    returns: str
+    rate: float
+    cycle: float
+    """Seconds from one firing cycle to the next."""
+    step: float
+    """Metres per unit of distance."""
+    shape: tuple[int, int]
+    """Lasers and cycles of a frame."""
+
+
+def pcap_bytes(columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float = 0.0) -> bytes:
+    """Returns a PCAP file with the packets of a frame that starts at `start` seconds."""
+    pieces = [struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)]
+    for stamp, data in velodyne_packets(columns, firings, start):
+        micros = round(stamp * 1e6)
+        size = HEADER_SIZE + len(data)
+        pieces.append(struct.pack("<IIII", micros // 1_000_000, micros % 1_000_000, size, size))
+        pieces.append(_udp_header(len(data)) + data)
+    return b"".join(pieces)
+
+
+def velodyne_packets(
+    columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float = 0.0
+) -> list[tuple[float, bytes]]:
+    """Returns the times in seconds and the 1206 bytes of the packets of a frame.
+
+    A distance of 0 is a pulse without a point. The last packet is filled with empty cycles. With two returns, each
+    cycle has two blocks: the last echo, then the strongest; a single echo is written twice. Raises `LidarError` for
+    devices and modes without packets, and for distances beyond 16 bits.
+    """
+    _check(firings)
+    lasers, cycles = firings.shape
+    per_block = CHANNELS // lasers  # firing cycles of a block: 2 for 16 lasers
+    layers = _layers(columns, firings)
+    blocks_per_turn = -(-cycles // per_block)
+    group = BLOCKS // len(layers)
+    total = -(-blocks_per_turn // group) * group
+    blocks = np.zeros((total, len(layers)), BLOCK)
+    turn = 36000.0 * firings.rate * firings.cycle * per_block  # hundredths of a degree per block
+    blocks["flag"] = 0xEEFF
+    blocks["azimuth"] = (np.rint(np.arange(total) * turn) % 36000).astype(np.uint16)[:, None]
+    for layer, (distance, intensity) in enumerate(layers):
+        padding = total * per_block - cycles
+        for name, values in (("distance", distance), ("intensity", intensity)):
+            filled = np.concatenate([values, np.zeros((padding, lasers), values.dtype)])
+            blocks["channels"][name][:, layer] = filled.reshape(total, CHANNELS)
+    tail = struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])
+    packets = []
+    for number, part in enumerate(blocks.reshape(-1, BLOCKS)):
+        time = start + number * group * per_block * firings.cycle
+        stamp = round(time * 1e6) % MICROSECONDS_PER_HOUR
+        packets.append((time, part.tobytes() + struct.pack("<I", stamp) + tail))
+    return packets
+
+
+def _check(firings: Firings) -> None:
+    if firings.device not in PRODUCTS:
+        raise LidarError(
+            f"{firings.device}: packets are not supported; supported devices: {', '.join(PRODUCTS)}",
+            code="wrong_device",
+        )
+    if firings.returns not in RETURN_MODES:
+        raise LidarError(
+            f"{firings.device}: packets have no mode of returns {firings.returns!r}; supported: "
+            f"{', '.join(RETURN_MODES)}",
+            code="cannot_write",
+        )
+
+
+def _layers(
+    columns: Mapping[str, npt.NDArray[Any]], firings: Firings
+) -> list[tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint8]]]:
+    """Returns distances and intensities [cycles, lasers] of each block of a cycle."""
+    lasers, cycles = firings.shape
+    kept = columns["lost"] == 0
+    counts = np.rint(columns["distance"][kept] / firings.step)
+    if len(counts) and (counts.max() > 65535 or counts.min() < 1):
+        raise LidarError(
+            f"distances are {columns['distance'][kept].min():g} to {columns['distance'][kept].max():g} m; packets hold "
+            f"{firings.step:g} to {65535 * firings.step:g} m",
+            code="cannot_write",
+        )
+    at = (columns["column"][kept], columns["laser"][kept])
+    energy = np.asarray(columns["reflectivity"][kept], float) / np.square(columns["distance"][kept])
+    number, intensity = columns["return"][kept], columns["intensity"][kept]
+
+    def layer(order: Floats) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
+        distance, strength = np.zeros((cycles, lasers), np.uint16), np.zeros((cycles, lasers), np.uint8)
+        rows = np.argsort(order, kind="stable")  # later rows replace earlier ones
+        where = (at[0][rows], at[1][rows])
+        distance[where], strength[where] = counts[rows], intensity[rows]
+        return distance, strength
+
+    if firings.returns != "dual":
+        return [layer(number)]
+    last, strongest = layer(number), layer(energy)
+    same = (last[0] == strongest[0]) & (last[0] > 0)
+    if same.any():
+        # The last echo is the strongest: the second block has the second strongest, which is the first echo.
+        first = layer(-number)
+        strongest = (np.where(same, first[0], strongest[0]), np.where(same, first[1], strongest[1]))
+    return [last, strongest]
+
+
+def _udp_header(size: int) -> bytes:
+    """Returns Ethernet, IPv4 and UDP headers from 192.168.1.201 to the broadcast address."""
+    ethernet = b"\xff" * 6 + bytes.fromhex("607688000000") + b"\x08\x00"
+    fields = (0x45, 0, 28 + size, 0, 0x4000, 255, 17, 0, bytes([192, 168, 1, 201]), b"\xff" * 4)
+    ip = struct.pack(">BBHHHBBH4s4s", *fields)
+    words = sum(struct.unpack(">10H", ip))
+    words = (words & 0xFFFF) + (words >> 16)
+    check = ~((words & 0xFFFF) + (words >> 16)) & 0xFFFF
+    ip = ip[:10] + struct.pack(">H", check) + ip[12:]
+    return ethernet + ip + struct.pack(">HHHH", PORT, PORT, 8 + size, 0)

@@ -1,0 +1,87 @@
+"""Robust means of the colours in which photographs show a texel."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+
+__all__ = ["LUMINANCE", "MAX_BLENDED_VIEWS", "TexelViews", "robust_mean"]
+
+Single = npt.NDArray[np.float32]
+Ints = npt.NDArray[np.int64]
+
+MAX_BLENDED_VIEWS = 8
+"""Views of a texel that are blended: those with the largest weights."""
+LUMINANCE_TOLERANCE = 0.06
+"""Relative difference of luminance within which views agree."""
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+CHUNK_TEXELS = 1 << 16
+"""Texels in work at the same time, about 50 MB."""
+
+
+class TexelViews:
+    """The views with the largest weights of some texels, filled photograph by photograph."""
+
+    BYTES = MAX_BLENDED_VIEWS * 16 + 4
+    """Bytes for each texel."""
+
+    def __init__(self, count: int) -> None:
+        self.weights = np.zeros((count, MAX_BLENDED_VIEWS), np.float32)
+        self.colors = np.zeros((count, MAX_BLENDED_VIEWS, 3), np.float32)
+        self.views = np.zeros(count, np.int32)
+
+    def add(self, index: Ints, weight: Single, colors: Single) -> None:
+        """Adds the colours [k, 3] in which one more photograph shows texels [k]."""
+        self.views[index] += 1
+        slot = self.weights[index].argmin(axis=1)
+        better = weight > self.weights[index, slot]
+        self.weights[index[better], slot[better]] = weight[better]
+        self.colors[index[better], slot[better]] = colors[better]
+
+    def write_mean(self, mean: Single, spread: Single) -> None:
+        """Writes the robust means [n, 3] and the disagreement [n] of all texels into the arrays."""
+        for first in range(0, len(self.views), CHUNK_TEXELS):
+            part = slice(first, first + CHUNK_TEXELS)
+            mean[part], spread[part] = robust_mean(self.weights[part], self.colors[part])
+
+
+def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:
+    """The weighted mean [n, 3] of colours [n, k, 3] without outliers, and the relative spread [n] of luminance.
+
+    Outliers differ from the weighted median of luminance by more than max(3 MAD, 6 %).
+    """
+    order = np.argsort(-weights, axis=1, kind="stable")
+    heavy = np.take_along_axis(weights.astype(np.float64), order, axis=1)
+    colors = np.take_along_axis(colors, order[..., None], axis=1)
+    light = (colors * LUMINANCE).sum(axis=2).astype(np.float64)
+    kept = heavy * ~luminance_outliers(light, heavy)
+    total = np.maximum(kept.sum(axis=1), 1e-300)
+    mean = (kept[..., None] * colors).sum(axis=1) / total[:, None]
+    every = np.maximum(heavy.sum(axis=1), 1e-300)
+    middle = (heavy * light).sum(axis=1) / every
+    variance = (heavy * (light - middle[:, None]) ** 2).sum(axis=1) / every
+    spread = np.sqrt(variance) / np.maximum(middle, 1e-6)
+    return mean.astype(np.float32), spread.astype(np.float32)
+
+
+def luminance_outliers(light: Floats, weights: Floats) -> npt.NDArray[np.bool_]:
+    """True [n, k] for luminances off their row's weighted median by more than max(3 MAD, 6 %)."""
+    median = weighted_median(light, weights)[:, None]
+    off = np.abs(light - median)
+    mad = weighted_median(off, weights)[:, None]
+    found: npt.NDArray[np.bool_] = off > np.maximum(3 * mad, LUMINANCE_TOLERANCE * median)
+    return found
+
+
+def weighted_median(values: Floats, weights: Floats) -> Floats:
+    """The lower weighted medians [n] of values [n, k]."""
+    order = np.argsort(values, axis=1, kind="stable")
+    sums = np.cumsum(np.take_along_axis(weights, order, axis=1), axis=1)
+    place = (sums < sums[:, -1:] / 2).sum(axis=1)
+    place = np.minimum(place, values.shape[1] - 1)
+    found: Floats = np.take_along_axis(np.take_along_axis(values, order, axis=1), place[:, None], axis=1)[
+        :, 0
+    ]
+    return found

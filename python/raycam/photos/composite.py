@@ -1,0 +1,233 @@
+"""Textures composed of one photograph for each face, with levelled seams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from .face_views import FaceTotals, choose_views, neighbor_faces
+from .photo_set import PART_TEXELS, BlendedTexels, PhotoSet
+from .seam_levels import SeamSamples, TexelLinks, level_texels, level_vertices, link_texels
+from .surface_views import SurfacePart
+
+__all__ = ["Composite", "add_detail", "compose"]
+
+Ints = npt.NDArray[np.int64]
+Ids = npt.NDArray[np.int32]
+Single = npt.NDArray[np.float32]
+
+EDGE_PLACES = (0.0, 0.5, 1.0)
+"""Places on an edge between two photographs at which their colours are compared."""
+EDGE_INSET = 0.01
+"""Share of the way to a face's centroid by which these places are inside of the face."""
+EDGE_WIDTH_TEXELS = 4.0
+"""Width over which these colours are averaged."""
+FINE_TEXELS, COARSE_TEXELS = 8, 32
+"""Radii of the averages that separate three bands."""
+
+
+@dataclass(frozen=True, eq=False)
+class Composite:
+    """The texels [n] of a surface."""
+
+    colors: Single
+    """Linear colours [n, 3]."""
+    view: Ids
+    """The photograph of each texel [n]; -1 for a blended one, and for one that no camera sees."""
+
+
+class _Lookups:
+    """Points [m] of the surface, each to be looked up in one photograph; -1 is none."""
+
+    def __init__(self, view: Ids, part: Callable[[Ints], SurfacePart]) -> None:
+        self.colors = np.full((len(view), 3), np.nan, np.float32)
+        self._order = np.argsort(view, kind="stable")
+        self._sorted, self._part = view[self._order], part
+
+    def fill(self, photos: PhotoSet) -> _Lookups:
+        """Looks up all points; colours of points that their photograph does not show stay NaN."""
+        for number, photo in photos.photographs():
+            low, high = np.searchsorted(self._sorted, [number, number + 1])
+            for start in range(int(low), int(high), PART_TEXELS):
+                some = self._order[start : min(start + PART_TEXELS, high)]
+                view = photos.view(number, photo, self._part(some))
+                self.colors[some[view.index]] = view.colors
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class _FaceViews:
+    """The photograph of each face, and the vertices that faces share."""
+
+    view: Ids
+    """Photographs [f], -1 for faces without texels."""
+    vertices: Ints
+    """Numbers of the corners' positions [f, 3]."""
+    seams: Ints
+    """Pairs [m, 2] of neighbouring faces with different photographs."""
+
+
+def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Composite:
+    """Chooses a photograph for each face, and levels the seams between them.
+
+    Texels that their face's photograph does not show, but another one does, have the blended colour. Sources: Lempitsky
+    and Ivanov, Seamless mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!
+    Large-scale texturing of 3D reconstructions, 2014.
+    """
+    surface = photos.surface
+    texels = surface.texels
+    faces = _choose(photos, totals)
+    view = np.where(blended.views > 0, faces.view[texels.face], -1).astype(np.int32)
+    own = _Lookups(view, surface.part).fill(photos).colors
+    missing = np.isnan(own[:, 0])
+    view[missing] = -1
+    own[missing] = blended.colors[missing]
+    colors = own.astype(np.float64)
+    corner, adjustment = _adjustments(photos, faces)
+    shown = np.flatnonzero(~missing)
+    for start in range(0, len(shown), PART_TEXELS):
+        some = shown[start : start + PART_TEXELS]
+        at_corners = adjustment[corner[texels.face[some]]]
+        colors[some] += np.einsum("nk,nkc->nc", texels.weights(some), at_corners)
+    seen = np.flatnonzero(blended.views > 0)
+    whole = surface.part(seen)
+    links = link_texels(texels.index[seen], texels.size, whole.points, whole.spacing)
+    links = TexelLinks(seen[links.first], seen[links.second])
+    wanted = _wanted_steps(photos, links, view, own, blended)
+    levelled = level_texels(colors, view, links, wanted)
+    return Composite(np.maximum(levelled, 0).astype(np.float32), view)
+
+
+def _choose(photos: PhotoSet, totals: FaceTotals) -> _FaceViews:
+    """The photograph of each face."""
+    corners = photos.surface.mesh.corners
+    _, vertices = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices = vertices.reshape(-1, 3)
+    candidates = totals.candidates()
+    pairs = neighbor_faces(vertices)
+    place = np.full(len(corners), -1, np.int64)
+    place[candidates.faces] = np.arange(len(candidates.faces))
+    pairs = pairs[(place[pairs] >= 0).all(axis=1)]
+    view = np.full(len(corners), -1, np.int32)
+    view[candidates.faces] = choose_views(candidates, place[pairs])
+    return _FaceViews(view, vertices, pairs[view[pairs[:, 0]] != view[pairs[:, 1]]])
+
+
+def _adjustments(photos: PhotoSet, faces: _FaceViews) -> tuple[Ints, Floats]:
+    """The unknowns [f, 3] of the faces' corners, and their additive adjustments [unknowns, 3]."""
+    key = faces.vertices * (len(photos.cameras) + 1) + (faces.view + 1)[:, None]
+    unknowns, corner = np.unique(key, return_inverse=True)
+    corner = corner.reshape(-1, 3)
+    if not len(faces.seams):
+        return corner, np.zeros((len(unknowns), 3))
+    # The corners [m, 2] of the first face at the shared edge, and those of the second.
+    first, second = faces.seams.T
+    equal = faces.vertices[first][:, :, None] == faces.vertices[second][:, None, :]
+    ends = np.argsort(~equal.any(axis=2), axis=1, kind="stable")[:, :2]
+    others = np.take_along_axis(equal.argmax(axis=2), ends, axis=1)
+    rows = np.arange(len(first))[:, None]
+    samples = []
+    for place in EDGE_PLACES:
+        pair = []
+        for face, at in ((first, ends), (second, others)):
+            corners = photos.surface.mesh.corners[face]
+            points = (1 - place) * corners[rows[:, 0], at[:, 0]] + place * corners[rows[:, 0], at[:, 1]]
+            points = (1 - EDGE_INSET) * points + EDGE_INSET * corners.mean(axis=1)
+            pair.append(_Lookups(faces.view[face], _part_of(photos, face, points)).fill(photos).colors)
+        samples.append(pair[0].astype(np.float64) - pair[1])
+    difference = np.concatenate(samples)
+    known = np.isfinite(difference).all(axis=1)
+
+    def every(unknown: Ints) -> Ints:
+        return np.tile(unknown, (len(EDGE_PLACES), 1))[known]
+
+    links = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2)[faces.view >= 0].reshape(-1, 2)
+    seam_samples = SeamSamples(
+        every(corner[first[:, None], ends]),
+        every(corner[second[:, None], others]),
+        np.repeat(EDGE_PLACES, len(first))[known],
+        difference[known],
+    )
+    return corner, level_vertices(len(unknowns), links, seam_samples)
+
+
+def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], SurfacePart]:
+    """Parts of points [m, 3] on faces [m], with wide footprints."""
+    surface = photos.surface
+
+    def part(some: Ints) -> SurfacePart:
+        own = face[some]
+        wide = EDGE_WIDTH_TEXELS * surface.spacing[own]
+        return SurfacePart(own.astype(np.int32), points[some], surface.normals[own], wide)
+
+    return part
+
+
+def _wanted_steps(
+    photos: PhotoSet, links: TexelLinks, view: Ids, own: Single, blended: BlendedTexels
+) -> Floats:
+    """The steps [m, 3] of colour between linked texels, as the photographs of both show them; 0 if neither does."""
+    wanted = np.zeros((len(links.first), 3))
+    seam = np.flatnonzero(view[links.first] != view[links.second])
+    total, count = np.zeros((len(seam), 3)), np.zeros((len(seam), 1))
+    for here, there, sign in (
+        (links.first[seam], links.second[seam], 1.0),
+        (links.second[seam], links.first[seam], -1.0),
+    ):
+
+        def part(some: Ints, there: Ints = there) -> SurfacePart:
+            return photos.surface.part(there[some])
+
+        across = _Lookups(view[here], part).fill(photos).colors
+        blend = view[here] < 0
+        across[blend] = blended.colors[there[blend]]
+        known = np.isfinite(across[:, 0])
+        total[known] += sign * (own[here[known]].astype(np.float64) - across[known])
+        count[known] += 1
+    wanted[seam] = total / np.maximum(count, 1)
+    return wanted
+
+
+def add_detail(
+    best: Single, blended: Single, known: npt.NDArray[np.bool_], index: Ints, size: tuple[int, int]
+) -> Single:
+    """Colours [n, 3] with low frequencies of `blended`, high ones of `best`, and the mean of both in between.
+
+    Sources: Burt and Adelson, A multiresolution spline with application to image mosaics, 1983; Allène, Pons and
+    Keriven, Seamless image-based texture atlases using multi-band blending, 2008.
+    """
+    wide, high = size
+    difference = np.zeros((wide * high, 3))
+    mask = np.zeros((wide * high, 1))
+    difference[index[known]] = blended[known].astype(np.float64) - best[known]
+    mask[index[known]] = 1
+    total = np.zeros_like(difference)
+    for radius in (FINE_TEXELS, COARSE_TEXELS):
+        sums, weight = (
+            smooth(array.reshape(high, wide, -1), radius).reshape(wide * high, -1)
+            for array in (difference, mask)
+        )
+        total += 0.5 * sums / np.maximum(weight, 1e-9)
+    found = best.copy()
+    found[known] = np.maximum(best[known] + total[index[known]], 0)
+    return found
+
+
+def smooth(image: Floats, radius: int) -> Floats:
+    """Three box averages [h, w, k] of 2 `radius` / 3 + 1 texels to each side, close to a Gaussian; 0 outside."""
+    reach = max(1, round(2 * radius / 3 / 2))
+    for axis in (0, 1):
+        for _ in range(3):
+            padding = [(0, 0)] * 3
+            padding[axis] = (reach + 1, reach)
+            sums = np.cumsum(np.pad(image, padding), axis=axis)
+            length = image.shape[axis]
+            image = (
+                np.take(sums, np.arange(length) + 2 * reach + 1, axis=axis)
+                - np.take(sums, np.arange(length), axis=axis)
+            ) / (2 * reach + 1)
+    return image

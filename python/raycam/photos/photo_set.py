@@ -1,0 +1,96 @@
+"""Posed photographs of a surface, and the robust means of its texels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from ..camera import Camera
+from ..world import World
+from .blending import TexelViews
+from .face_views import FaceTotals
+from .images import PhotoSource
+from .sight import Facing
+from .surface_views import PartView, SurfacePart, TexturedSurface, view_part
+from .survey import ViewedPhotograph
+
+__all__ = ["PART_TEXELS", "BlendedTexels", "PhotoSet", "blend_texels"]
+
+PART_TEXELS = 1 << 16
+"""Texels that are looked up in a photograph at the same time."""
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoSet:
+    """Photographs, their gains [cameras, 3], and the surface that they show."""
+
+    world: World
+    cameras: Mapping[str, Camera]
+    source: PhotoSource
+    surface: TexturedSurface
+    facing: Facing
+    gains: Floats
+    threads: int | None
+
+    def photographs(self) -> Iterator[tuple[int, ViewedPhotograph]]:
+        """Iterates over the photographs with their numbers; each is read when its colours are first used."""
+        for number, (name, camera) in enumerate(self.cameras.items()):
+            yield number, ViewedPhotograph(self.world, camera, self.source, name, self.threads)
+
+    def view(self, number: int, photo: ViewedPhotograph, part: SurfacePart) -> PartView:
+        """The points of a part that a photograph shows, in colours divided by its gain."""
+        found = view_part(
+            self.world,
+            photo.camera,
+            photo.pyramid,
+            part,
+            facing=self.facing,
+            edges=photo.edges,
+            threads=self.threads,
+        )
+        return replace(found, colors=found.colors / self.gains[number].astype(np.float32))
+
+
+@dataclass(frozen=True, eq=False)
+class BlendedTexels:
+    """Robust means of texels [n]."""
+
+    colors: npt.NDArray[np.float32]
+    """Linear colours [n, 3]; 0 for texels that no camera sees."""
+    views: npt.NDArray[np.int32]
+    """The number of photographs that show the texel [n]."""
+    spread: npt.NDArray[np.float32]
+    """The relative spread of luminance [n]."""
+    texels: npt.NDArray[np.int64]
+    """The number of texels that each photograph shows."""
+
+
+def blend_texels(photos: PhotoSet, memory: int, totals: FaceTotals | None) -> BlendedTexels:
+    """The robust means of all texels, with at most `memory` bytes for views at a time; `totals` is filled, if given."""
+    count = len(photos.surface.texels.index)
+    found = BlendedTexels(
+        np.zeros((count, 3), np.float32),
+        np.zeros(count, np.int32),
+        np.zeros(count, np.float32),
+        np.zeros(len(photos.cameras), np.int64),
+    )
+    step = max(PART_TEXELS, memory // TexelViews.BYTES)
+    for first in range(0, count, step):
+        tile = range(first, min(first + step, count))
+        views = TexelViews(len(tile))
+        for number, photo in photos.photographs():
+            for start in range(tile.start, tile.stop, PART_TEXELS):
+                part = photos.surface.part(slice(start, min(start + PART_TEXELS, tile.stop)))
+                view = photos.view(number, photo, part)
+                views.add(view.index + (start - tile.start), view.weight, view.colors)
+                found.texels[number] += len(view.index)
+                if totals is not None:
+                    totals.add(number, part.face[view.index], view.weight, view.colors)
+        inside = slice(tile.start, tile.stop)
+        found.views[inside] = views.views
+        views.write_mean(found.colors[inside], found.spread[inside])
+    return found

@@ -1,0 +1,166 @@
+"""Colours and weights with which a photograph shows points of a textured surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from ..baking.texels import Texels
+from ..camera import Camera
+from ..world import World
+from ..world.face_geometry import face_areas, face_normals
+from ..world.object_mesh import ObjectMesh
+from .depth_edges import DepthEdges
+from .images import Pyramid
+from .sight import Facing, find_sight, footprints
+
+__all__ = ["BORDER_WIDTH_PX", "MIN_COSINE", "PartView", "SurfacePart", "TexturedSurface", "view_part"]
+
+Ints = npt.NDArray[np.int64]
+Single = npt.NDArray[np.float32]
+
+MIN_COSINE = float(np.cos(np.radians(80)))
+"""Cosine of the largest angle of incidence."""
+BORDER_WIDTH_PX = 32.0
+"""Pixels from the image's edge, and from jumps of depth, over which the weight rises to 1."""
+MIN_BORDER = 1e-6
+"""Weight of a pixel at the image's edge, so that a texel that is visible only there still gets a colour."""
+MAX_TAPS = 4
+"""Lookups along the longer axis of a footprint."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePart:
+    """Some points of a surface."""
+
+    face: npt.NDArray[np.int32]
+    """Faces [n]."""
+    points: Floats
+    """Positions in the world [n, 3]."""
+    normals: Floats
+    """The faces' unit normals [n, 3]."""
+    spacing: Floats
+    """Metres between texels [n]."""
+
+
+class TexturedSurface:
+    """The texels of a mesh as points of its surface."""
+
+    def __init__(self, mesh: ObjectMesh, texels: Texels) -> None:
+        self.mesh, self.texels = mesh, texels
+        self.normals = face_normals(mesh.corners)
+        a, b = (texels.corners[:, i] - texels.corners[:, 0] for i in (1, 2))
+        in_texels = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+        self.spacing = np.sqrt(face_areas(mesh.corners) / np.maximum(in_texels, 1e-30))
+
+    def part(self, some: slice | Ints) -> SurfacePart:
+        """The points of some texels."""
+        face = self.texels.face[some]
+        points = np.einsum("nk,nkj->nj", self.texels.weights(some), self.mesh.corners[face])
+        return SurfacePart(face, points, self.normals[face], self.spacing[face])
+
+
+@dataclass(frozen=True, eq=False)
+class PartView:
+    """The points of a part that a photograph shows [k]."""
+
+    index: Ints
+    """Their numbers in the part, ascending."""
+    places: Floats
+    """Pixels from the image's corner [k, 2]."""
+    colors: Single
+    """Linear colours [k, 3]."""
+    weight: Single
+    """Weights [k], more than 0."""
+    footprint: Single
+    """Pixels of the photograph for each side of a texel [k]."""
+
+
+def view_part(
+    world: World,
+    camera: Camera,
+    photograph: Callable[[], Pyramid],
+    part: SurfacePart,
+    *,
+    facing: Facing,
+    edges: Callable[[], DepthEdges],
+    threads: int | None,
+) -> PartView:
+    """The points that the camera sees, with their colours and weights cos² sqrt(det J) border.
+
+    J is the derivative of the pixel by the surface; transparent pixels show nothing.
+    """
+    sight = find_sight(
+        world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads
+    )
+    index = sight.index
+    if not len(index):
+        none = np.zeros(0, np.float32)
+        return PartView(index, np.zeros((0, 2)), np.zeros((0, 3), np.float32), none, none)
+    distance = np.sqrt(((sight.origins - part.points[index]) ** 2).sum(axis=1))
+    jacobian = footprints(camera, part.points[index], part.normals[index], distance)
+    area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
+    places = sight.pixels - camera.corner
+    border = np.minimum(places, np.array(camera.size) - places).min(axis=1)
+    border = np.minimum(border, edges().at(places)) / BORDER_WIDTH_PX
+    pixels = filtered(photograph(), places, jacobian * part.spacing[index][:, None, None])
+    dimming = vignetting_at(camera, sight.pixels)
+    weight = sight.cosine**2 * np.sqrt(area) * np.clip(border, MIN_BORDER, 1.0)
+    weight *= (pixels[:, 3] > 0.5) & (dimming > 0)
+    shown = weight > 0
+    colors = pixels[shown, :3] / dimming[shown, None]
+    footprint = (np.sqrt(area) * part.spacing[index])[shown].astype(np.float32)
+    return PartView(
+        index[shown],
+        places[shown],
+        colors.astype(np.float32),
+        weight[shown].astype(np.float32),
+        footprint,
+    )
+
+
+def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
+    """Colours [n, 4] averaged over the parallelogram `footprint` [n, 2, 2] in pixels for each texel.
+
+    Up to four lookups lie along the longer axis, each with the width of the shorter one. Source: McCormack, Perry,
+    Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
+    """
+    footprint = np.nan_to_num(footprint)
+    a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))
+    # Singular values, and the angle of the longer axis, of a matrix 2 x 2.
+    p, q, r = a * a + b * b, c * c + d * d, a * c + b * d
+    middle, off = (p + q) / 2, np.hypot((p - q) / 2, r)
+    longer, shorter = np.sqrt(middle + off), np.sqrt(np.maximum(middle - off, 0))
+    angle = np.arctan2(2 * r, p - q) / 2
+    taps = np.clip(np.ceil(longer / np.maximum(shorter, 1.0) - 0.5), 1, MAX_TAPS).astype(int)
+    width = np.maximum(shorter, longer / taps)
+    width = np.where(taps == 1, np.sqrt(np.maximum(longer * shorter, 0)), width)
+    found = np.empty((len(places), 4), np.float32)
+    for count in np.unique(taps):
+        some = taps == count
+        axis = (np.stack([np.cos(angle[some]), np.sin(angle[some])], axis=1)) * longer[some, None]
+        total = np.zeros((int(some.sum()), 4), np.float32)
+        for tap in range(count):
+            total += pyramid.at(places[some] + ((tap + 0.5) / count - 0.5) * axis, width[some])
+        found[some] = total / np.float32(count)
+    return found
+
+
+def vignetting_at(camera: Camera, pixels: Floats) -> Floats:
+    """The factors [n] by which the camera's vignetting darkens pixels [n, 2]; 1 without vignetting."""
+    known = camera.vignetting
+    factor = np.ones(len(pixels))
+    if known is None:
+        return factor
+    plane = np.linalg.solve(camera.K, np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1).T)
+    squared = plane[0] ** 2 + plane[1] ** 2
+    for power, term in enumerate(known["polynomial"], start=1):
+        factor = factor + term * squared**power
+    if known["cos4"]:
+        _, directions = camera.rays(pixels)
+        factor = factor * np.nan_to_num((directions @ camera.R[2]) ** 4)
+    return factor

@@ -1,0 +1,136 @@
+"""A survey of some texels in all photographs, from which gains and shifts of the photographs are estimated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Floats
+from ..camera import Camera
+from ..world import World
+from .blending import LUMINANCE
+from .depth_edges import DepthEdges, find_depth_edges
+from .images import PhotoSource, Pyramid
+from .sight import Facing
+from .surface_views import BORDER_WIDTH_PX, TexturedSurface, view_part
+
+__all__ = ["Survey", "ViewedPhotograph", "take_survey"]
+
+Single = npt.NDArray[np.float32]
+
+MAX_POINTS = 1 << 14
+"""Texels of a survey."""
+MAX_VIEWS = 1 << 20
+"""Views of a survey, 48 MB."""
+COLUMNS: tuple[tuple[type[np.generic], tuple[int, ...]], ...] = (
+    (np.int32, ()),
+    (np.int32, ()),
+    (np.float32, (3,)),
+    (np.float32, ()),
+    (np.float32, ()),
+    (np.float32, (2,)),
+    (np.float32, (2,)),
+)
+"""Types and shapes of a survey's arrays."""
+
+
+class ViewedPhotograph:
+    """A photograph and its jumps of depth, both read when they are first needed."""
+
+    def __init__(
+        self, world: World, camera: Camera, source: PhotoSource, name: str, threads: int | None
+    ) -> None:
+        self.camera = camera
+        self._world, self._source, self._name, self._threads = world, source, name, threads
+        self._pyramid: Pyramid | None = None
+        self._edges: DepthEdges | None = None
+
+    def pyramid(self) -> Pyramid:
+        """The photograph with its halvings."""
+        if self._pyramid is None:
+            self._pyramid = Pyramid(self._source.read(self._name, self.camera))
+        return self._pyramid
+
+    def edges(self) -> DepthEdges:
+        """The distances from jumps of depth."""
+        if self._edges is None:
+            self._edges = find_depth_edges(self._world, self.camera, BORDER_WIDTH_PX, self._threads)
+        return self._edges
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """Views [m] of points by photographs."""
+
+    points: int
+    """The number of points."""
+    cameras: int
+    """The number of photographs."""
+    point: npt.NDArray[np.int32]
+    """The point's number."""
+    camera: npt.NDArray[np.int32]
+    """The photograph's number, ascending."""
+    color: Single
+    """Linear colours [m, 3]."""
+    weight: Single
+    """The view's weights."""
+    footprint: Single
+    """Pixels of the photograph for each side of a texel."""
+    place: Single
+    """Pixels from the image's corner [m, 2]."""
+    slope: Single
+    """Derivatives [m, 2] of the photograph's luminance by its pixels, at the texel's resolution."""
+
+
+def take_survey(
+    world: World,
+    cameras: Mapping[str, Camera],
+    source: PhotoSource,
+    surface: TexturedSurface,
+    facing: Facing,
+    threads: int | None,
+) -> Survey:
+    """Views of evenly chosen texels, at most `MAX_VIEWS`: beyond that, every other texel is dropped."""
+    count = len(surface.texels.index)
+    chosen = np.arange(0, count, max(1, -(-count // MAX_POINTS)))
+    columns: list[npt.NDArray[Any]] = [np.zeros((0, *shape), kind) for kind, shape in COLUMNS]
+    for number, (name, camera) in enumerate(cameras.items()):
+        photo = ViewedPhotograph(world, camera, source, name, threads)
+        part = surface.part(chosen)
+        view = view_part(
+            world, camera, photo.pyramid, part, facing=facing, edges=photo.edges, threads=threads
+        )
+        if not len(view.index):
+            continue
+        row = (
+            chosen[view.index].astype(np.int32),
+            np.full(len(view.index), number, np.int32),
+            view.colors,
+            view.weight,
+            view.footprint,
+            view.places.astype(np.float32),
+            _slopes(photo.pyramid(), view.places, view.footprint),
+        )
+        columns = [np.concatenate(pair) for pair in zip(columns, row, strict=True)]
+        while len(columns[0]) > MAX_VIEWS and len(chosen) > 1:
+            chosen = chosen[::2]
+            kept = np.isin(columns[0], chosen)
+            columns = [column[kept] for column in columns]
+    columns[0] = np.searchsorted(chosen, columns[0]).astype(np.int32)
+    return Survey(len(chosen), len(cameras), *columns)
+
+
+def _slopes(pyramid: Pyramid, places: Floats, footprint: Single) -> Single:
+    """Central differences [n, 2] of the luminance over a texel's width, and at least two pixels."""
+    reach = np.maximum(footprint, 1.0).astype(np.float64)
+    found = np.empty((len(places), 2), np.float32)
+    for axis in range(2):
+        step = np.zeros((len(places), 2))
+        step[:, axis] = reach
+        ahead, behind = (pyramid.at(places + sign * step, footprint)[:, :3] @ LUMINANCE for sign in (1, -1))
+        found[:, axis] = (ahead - behind) / (2 * reach)
+    return found

@@ -1,0 +1,51 @@
+"""The result of a texture from photographs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools
+from ..world import World
+
+__all__ = ["PhotoTexture", "PhotographFit"]
+
+
+@dataclass(frozen=True)
+class PhotographFit:
+    """How a photograph fits to the others."""
+
+    name: str
+    """The photograph's name."""
+    texels: int
+    """The number of texels that it shows."""
+    gain: tuple[float, float, float]
+    """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
+    shift_px: float
+    """Its shift against the other photographs in pixels, the root mean square over its parts; NaN without overlap."""
+    disagreement: float
+    """Median difference of its luminance from the other photographs, relative to theirs; NaN without overlap."""
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoTexture:
+    """The result of `texture_from_photos`; maps are [h, w]."""
+
+    world: World
+    """The textured object, with unlit colours, under its name."""
+    texture: npt.NDArray[np.uint8]
+    """The texture, sRGB uint8 [h, w, 3], with gutters."""
+    seen: Bools
+    """True for texels that a camera sees; other texels of faces have the colour of the nearest such texel."""
+    covered: Bools
+    """True for texels whose centre is in a face."""
+    views: npt.NDArray[np.int32]
+    """The number of cameras that see the texel."""
+    disagreement: npt.NDArray[np.float32]
+    """The weighted standard deviation of luminance between views over its mean; high where poses are wrong."""
+    view: npt.NDArray[np.int32]
+    """The texel's photograph, as an index of `photographs`; -1 for blended texels, unseen ones and no face."""
+    photographs: tuple[PhotographFit, ...] = field(repr=False)
+    """Each photograph's gain, shift and disagreement, in the order of names."""

@@ -1,0 +1,114 @@
+"""Velodyne's packets, decoded by velodyne-decoder."""
+
+from __future__ import annotations
+
+import io
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+
+decoder = pytest.importorskip("velodyne_decoder", reason="no wheel for this machine")
+
+MODELS = {"vlp16": "VLP16", "puck-hires": "PuckHiRes", "vlp32c": "VLP32C", "hdl32e": "HDL32E"}
+
+
+@pytest.fixture(scope="module")
+def hall() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": [40, 60, 20]}, name="hall", color=[0.5] * 3)
+    world.add_object(box={"size": [2, 3, 5]}, name="box", location=[10, 5, -2], yaw=20, color=[0.5] * 3)
+    return world
+
+
+def decode(path: Path, model: str) -> np.ndarray:
+    """Rows x, y, z, intensity, time, column, ring, return type of all frames in a file."""
+    config = decoder.Config(model=getattr(decoder.Model, model), min_range=0, max_range=300)
+    return np.concatenate([points for _, points in decoder.read_pcap(path, config)])
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+@pytest.mark.parametrize("rate", [10.0, 20.0])
+def test_decoded_points_are_those_of_the_scan(
+    name: str, rate: float, hall: raycam.World, tmp_path: Path
+) -> None:
+    """Within the steps of the packets: 2 or 4 mm, 0.01 degrees twice (rotor and correction), and 1 microsecond."""
+    lidar = raycam.Lidar(name, rate=rate, range_noise=0.02).placed([3, 2, 1], yaw=10)
+    scan = raycam.scan(hall, lidar)
+    scan.save(tmp_path / "scan.pcap")
+    found = decode(tmp_path / "scan.pcap", MODELS[name])
+    # The decoder starts a frame where the azimuth passes 0, which is the first column of a scan.
+    assert len(found) == scan.count
+    time = found[:, 4]
+    order = np.lexsort((found[:, 6], np.round(time - time.min(), 6)))
+    expected = np.lexsort((scan["ring"], np.round(scan["time"], 6)))
+    apart = np.linalg.norm(scan["position"][expected] - found[order, :3], axis=1)
+    distance = scan["distance"][expected]
+    assert (apart <= np.radians(0.025) * distance + 0.004).all()
+    points = scan["position"][expected]
+    elevation = np.degrees(np.arcsin(points[:, 2] / np.linalg.norm(points, axis=1)))
+    found_elevation = np.degrees(np.arcsin(found[order, 2] / np.linalg.norm(found[order, :3], axis=1)))
+    assert np.abs(elevation - found_elevation).max() < 0.002
+    assert np.median(apart / distance) < np.radians(0.012)
+    shift = scan["time"][expected] - found[order, 4]
+    assert np.ptp(shift) < 1.1e-6
+    np.testing.assert_array_equal(scan["ring"][expected], found[order, 6])
+    np.testing.assert_array_equal(scan["intensity"][expected], found[order, 3])
+
+
+def test_two_returns_are_decoded_as_the_strongest_and_the_last(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
+    screen = {"opacity": 0.5, "alpha": "blend"}
+    world.add_object(box={"size": [20, 20, 20]}, name="screen", color=[0.5] * 3, **screen)
+    lidar = raycam.Lidar("vlp16", returns="dual", range_noise=0).placed([0, 0, 0])
+    scan = raycam.scan(world, lidar)
+    assert (scan["returns"] == 2).any()
+    scan.save(tmp_path / "dual.pcap")
+    found = decode(tmp_path / "dual.pcap", "VLP16")
+    both = set(np.unique(found[:, 7]))
+    assert len(both) > 1
+    measured = np.sort(np.linalg.norm(found[:, :3], axis=1))
+    expected = np.sort(np.linalg.norm(scan["position"], axis=1))
+    assert len(measured) == len(expected)
+    np.testing.assert_allclose(measured, expected, atol=0.003)
+
+
+def test_packet_has_the_layout_of_the_manual(hall: raycam.World, tmp_path: Path) -> None:
+    """The fields of one packet, read by hand: 12 blocks of 100 bytes, a time stamp and two factory bytes."""
+    lidar = raycam.Lidar("vlp16", noise=False).placed([3, 2, 1])
+    scan = raycam.scan(hall, lidar)
+    scan.save(tmp_path / "scan.pcap")
+    data = io.BytesIO((tmp_path / "scan.pcap").read_bytes())
+    assert struct.unpack("<I", data.read(24)[:4])[0] == 0xA1B2C3D4
+    _, _, size, _ = struct.unpack("<IIII", data.read(16))
+    assert size == 42 + 1206
+    packet = data.read(size)[42:]
+    for block in range(12):
+        flag, azimuth = struct.unpack_from("<HH", packet, 100 * block)
+        assert flag == 0xEEFF
+        assert azimuth == round(100 * 360 * 10 * 2 * 55.296e-6 * block)
+    distances = [struct.unpack_from("<H", packet, 4 + 3 * i)[0] for i in range(32)]
+    np.testing.assert_array_equal(distances, np.rint(scan["distance"][:32] / 0.002))
+    assert packet[-2:] == b"\x37\x22"
+    assert struct.unpack_from("<I", packet, 1200)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "code"),
+    [
+        ("os1-16", {}, "wrong_device"),
+        ("vls128", {}, "wrong_device"),
+        ("vlp16", {"returns": "all"}, "cannot_write"),
+        ("vlp16", {"step": 1e-4}, "cannot_write"),
+    ],
+)
+def test_scans_without_packets_are_refused(
+    name: str, settings: dict[str, object], code: str, hall: raycam.World, tmp_path: Path
+) -> None:
+    scan = raycam.scan(hall, raycam.Lidar(name, **settings).placed([3, 2, 1]))  # type: ignore[arg-type]
+    with pytest.raises(raycam.LidarError) as caught:
+        scan.save(tmp_path / "scan.pcap")
+    assert caught.value.code == code

@@ -1,0 +1,76 @@
+"""Photographs whose poses are off by a pixel are found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import raycam
+from raycam.notices import collected
+from support.textured_panel import noise, panel, ring_of_places, shots
+
+
+def area_under_roc(scores: np.ndarray, wrong: np.ndarray) -> float:
+    """The share of pairs of a wrong and a right photograph in which the wrong one has the higher score."""
+    a, b = scores[wrong][:, None], scores[~wrong][None]
+    return float(((a > b) + 0.5 * (a == b)).mean())
+
+
+def turned(camera: raycam.Camera, pixels: float, seed: int) -> raycam.Camera:
+    """The camera turned about a random axis so that its middle moves by `pixels`, or its image turns as far."""
+    random = np.random.default_rng(seed)
+    axis = random.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    angle = pixels / camera.K[0, 0] / max(np.hypot(*axis[:2]), 0.5)
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return camera.at_pose(rotation @ camera.R, camera.location)
+
+
+@pytest.mark.parametrize("pixels", [1.0, 2.0])
+def test_poses_off_by_a_pixel_are_found(pixels: float) -> None:
+    scores, wrong = [], []
+    for seed in range(2):
+        world = panel(noise(128, seed))
+        cameras, photos = shots(world, ring_of_places(10, radius=0.9), size=(160, 160), samples=8)
+        bad = [name for i, name in enumerate(cameras) if i % 5 == seed]
+        given = {n: turned(c, pixels, int(n[:2])) if n in bad else c for n, c in cameras.items()}
+        with collected() as notices:
+            result = raycam.texture_from_photos(world, given, photos, size=128)
+        scores += [fit.shift_px for fit in result.photographs]
+        wrong += [fit.name in bad for fit in result.photographs]
+        [notice] = [notice for notice in notices if notice.code == "misaligned_photographs"]
+        assert all(name in str(notice) for name in bad)
+        assert notice.count == len(bad)
+    assert area_under_roc(np.array(scores), np.array(wrong)) > 0.95
+
+
+def test_shift_is_measured_in_pixels_of_the_photograph() -> None:
+    world = panel(noise(128))
+    cameras, photos = shots(world, ring_of_places(8), size=(160, 160), samples=8)
+    matrix = cameras["03.png"].K.copy()
+    matrix[:2, 2] += [0.6, -0.8]
+    with collected():
+        result = raycam.texture_from_photos(
+            world, {**cameras, "03.png": cameras["03.png"].replace(K=matrix)}, photos, size=128
+        )
+    shifts = np.array([fit.shift_px for fit in result.photographs])
+    assert shifts[3] == pytest.approx(1, abs=0.2)
+    assert np.delete(shifts, 3).max() < 0.4
+
+
+def test_right_poses_and_uniform_surfaces_are_not_reported() -> None:
+    for texture in (noise(128), np.full((8, 8, 3), 120, np.uint8)):
+        world = panel(texture)
+        cameras, photos = shots(world, ring_of_places(4), size=(120, 120), samples=8)
+        with collected() as notices:
+            raycam.texture_from_photos(world, cameras, photos, size=64)
+        assert [notice for notice in notices if notice.code == "misaligned_photographs"] == []
+
+
+def test_single_photograph_has_no_shift() -> None:
+    world = panel()
+    cameras, photos = shots(world, ring_of_places(1), size=(80, 80), samples=1)
+    [fit] = raycam.texture_from_photos(world, cameras, photos, size=32).photographs
+    assert np.isnan(fit.shift_px)
+    assert np.isnan(fit.disagreement)
+    assert fit.texels > 900

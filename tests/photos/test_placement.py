@@ -1,0 +1,76 @@
+"""Meshes in other units, mirrored or elsewhere: the notice contains the factor that fits."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import raycam
+from raycam.photos.placement import placement_notices
+from support.box_table import ring, table
+
+
+def moved_table(matrix: np.ndarray) -> raycam.World:
+    """The table's triangles, moved by a matrix 4 x 4."""
+    world, things = raycam.World(), table()
+    things.remove_object("table")
+    corners = things.triangles().reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    world.add_mesh(corners, np.arange(len(corners)).reshape(-1, 3))
+    return world
+
+
+def cameras() -> dict[str, raycam.Camera]:
+    return {str(i): camera for i, camera in enumerate(ring(6))}
+
+
+@pytest.mark.parametrize("scale", [1000.0, 100.0, 0.001, 1 / 0.0254, -1.0, 437.0, 0.0031])
+def test_notice_contains_the_factor_that_undoes_a_scale(scale: float) -> None:
+    up = 5 if scale < 0 else 0  # around the origin, a mirrored mesh looks inside out
+    matrix = np.diag([scale, scale, scale, 1])
+    matrix[2, 3] = scale * up
+    high = {
+        name: camera.at_pose(camera.R, camera.location + np.array([0, 0, up]))
+        for name, camera in cameras().items()
+    }
+    [notice] = placement_notices(moved_table(matrix), high)
+    assert notice.code == "misplaced_mesh"
+    assert "of 6" in str(notice)
+    found = re.search(r"by (\S+) to make it visible to 6 cameras", str(notice))
+    assert found, notice
+    # A factor that fits every camera; for a model without units it need not be the exact one.
+    assert abs(np.log2(abs(float(found[1]) * scale))) < 2.5
+    assert np.sign(float(found[1])) == np.sign(scale)
+
+
+def test_mesh_elsewhere_is_reported_with_both_places() -> None:
+    move = np.eye(4)
+    move[:3, 3] = [500, 0, -300]
+    [notice] = placement_notices(moved_table(move), cameras())
+    assert notice.code == "misplaced_mesh"
+    assert "500" in str(notice)
+
+
+def test_mesh_in_place_and_an_inside_out_one_are_not_reported() -> None:
+    assert placement_notices(table(), cameras()) == []
+    world = raycam.World()
+    corners = table().triangles()[:, ::-1]
+    world.add_mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    assert placement_notices(world, cameras()) == []
+
+
+def test_room_from_inside_is_not_reported() -> None:
+    room = raycam.World()
+    room.add_object(box={"size": [6, 5, 3]})
+    around = {
+        str(a): raycam.Camera.look_at([1, 0, 0], [1 + np.cos(a), np.sin(a), 0], size=(64, 48), fov=60)
+        for a in range(6)
+    }
+    assert placement_notices(room, around) == []
+
+
+def test_half_of_the_cameras_are_enough() -> None:
+    away = raycam.Camera.look_at([9, 9, 9], [99, 99, 99], size=(64, 48), fov=40)
+    some = dict(list(cameras().items())[:2])
+    assert placement_notices(table(), {**some, "a": away, "b": away}) == []
+    assert placement_notices(table(), {**some, "a": away, "b": away, "c": away}) != []
