@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from raycam.compat import trimesh as compat
+from support.raises import raises
 from support.surfaces import cube, joined
 
 trimesh = pytest.importorskip("trimesh")
@@ -76,7 +77,7 @@ def test_misses_and_refusals(engine: str) -> None:
     assert [part.shape for part in mesh.ray.intersects_id(*away)] == [(0,), (0,)]
     assert mesh.ray.intersects_first(*away).tolist() == [-1]
     assert mesh.ray.intersects_any([[0, 0, -5.0]] * 2, [[0, 0, 0.0], [np.nan] * 3]).tolist() == [False, False]
-    with pytest.raises(ValueError, match=r"match|ray_origins"):
+    with raises(ValueError, mentions=["origin"]):
         mesh.ray.intersects_location([[0, 0, 0.0]], [[0, 0, 1.0]] * 2)
     with pytest.raises(TypeError):
         mesh.ray.intersects_location(*away, max_d=3)
@@ -148,7 +149,7 @@ def test_any_mesh_with_vertices_and_faces() -> None:
 
 def test_names_of_trimesh_that_are_not_here_say_the_way_on() -> None:
     for name in ("load", "creation", "Trimesh"):
-        with pytest.raises(AttributeError, match=rf"^{name} of trimesh .* raycam.load\(path\)"):
+        with raises(AttributeError, mentions=[name, "raycam.load(path)"]):
             getattr(compat, name)
     assert not hasattr(compat, "__path__")
 

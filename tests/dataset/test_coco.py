@@ -13,6 +13,7 @@ from pycocotools.coco import COCO
 from raycam.dataset import write
 from support.bending_plate import FACES, bending_plate, plate_at
 from support.box_table import SIZE, ring, table, truth
+from support.raises import raises
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
@@ -66,7 +67,7 @@ def test_coco_keypoints_follow_what_bends_before_a_rolling_shutter(tmp_path: Pat
     corners = plate_at(0.5)[FACES[triangles]]
     still = camera.project(np.einsum("nk,nkj->nj", weights, corners))[0]
     assert np.abs(seen.pixels - still).max() > 0.3
-    with pytest.raises(raycam.SettingsError, match="one of triangles for each of the names"):
+    with raises(raycam.SettingsError, code="wrong_shape"):
         write(world, tmp_path / "no", "coco", **given, keypoints={"object": points | {"triangles": [0]}})
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from support.gltf_document import SQUARE, Document, animated, load
+from support.raises import raises
 
 
 def _float(d: Document) -> None:
@@ -59,7 +60,7 @@ def test_what_spoils_the_picture_is_refused_by_its_code(tmp_path: Path, code: st
     document = Document()
     document.node(mesh=document.square())
     REFUSED[code](document)
-    with pytest.raises(raycam.FormatError, match=code):
+    with raises(raycam.FormatError, mentions=[code]):
         load(document, tmp_path)
 
 

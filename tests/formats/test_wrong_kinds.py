@@ -52,7 +52,7 @@ def packed() -> dict[str, bytes]:
 def test_a_packed_file_is_said_to_be_packed(tmp_path: Path, kind: str, packing: str) -> None:
     path = tmp_path / f"a.{kind}"
     path.write_bytes(packed()[packing])
-    with pytest.raises(raycam.FormatError, match=rf"a\.{kind}: a {packing}.*unpack it|an XZ file.*unpack it"):
+    with raises(raycam.FormatError, mentions=[path.name, packing]):
         raycam.load(path)
 
 
@@ -79,7 +79,7 @@ def test_a_file_of_another_kind_is_called_by_its_own(tmp_path: Path, content: by
     for kind in TEXTS.keys() - {"ply" if name == "PLY" else ""}:
         path = tmp_path / f"a.{kind}"
         path.write_bytes(content)
-        with pytest.raises(raycam.FormatError, match=rf"{name}.*whatever its name says"):
+        with raises(raycam.FormatError, mentions=[path.name, name]):
             raycam.load(path)
 
 

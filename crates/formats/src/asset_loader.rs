@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texture, Wrap};
 
 use crate::error::{FormatError, Result};
 use crate::ies;
-use crate::image::decoder::ColorUse;
 use crate::image::texture;
 use crate::io::AssetRoot;
 use crate::registry;
@@ -18,10 +17,10 @@ impl AssetLoader for AssetRoot {
         self.read_asset(file, registry::read_mesh_file)
     }
 
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture> {
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture> {
         self.read_asset(file, |source, assets| {
             let (budget, notices) = assets.budget_and_notices();
-            texture::decode(&source, wrap, ColorUse::Color, budget, notices)
+            texture::decode(&source, wrap, color_use, budget, notices)
         })
     }
 

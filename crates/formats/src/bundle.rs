@@ -14,7 +14,7 @@ use raycam_scene::{FileRef, Image, Light, Texture, TextureCache, World};
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::image::decode_image;
-use crate::image::decoder::ColorUse;
+use raycam_scene::ColorUse;
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,5 +1,6 @@
 //! Rendering of one frame.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use raycam_scene::{Camera, Notice, NoticeCode, TextureCache, World};
@@ -20,6 +21,7 @@ use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
 use crate::thread_pool::{MAX_WORK_HERE, Workers, with_pool};
 use crate::tile_renderer::needs::RenderNeeds;
+use crate::tile_renderer::sample_plan::{Pilot, SamplePlan, pilot_region, pilot_settings};
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Renders a frame.
@@ -220,7 +222,11 @@ impl RenderRequest<'_> {
                 with_pool(settings.threads, timed)??;
             }
             _ => {
-                let renderer = workers.run(|| self.renderer(camera, settings));
+                let plan = match settings.noise_threshold {
+                    Some(threshold) if needs.samples => Some(self.plan_samples(camera, threshold, &workers, control)?),
+                    _ => None,
+                };
+                let renderer = workers.run(|| self.renderer(camera, settings)).with_plan(plan.as_ref());
                 control.start(tiles.len() * renderer.batches_per_tile());
                 workers.for_each_dynamic(&renderer.tasks(&tiles), |scratch: &mut ThreadScratch, task| {
                     renderer.run_task(task, scratch, &film, control)
@@ -233,6 +239,30 @@ impl RenderRequest<'_> {
             notices.extend(memory.page_in_stats().notice_since(&before));
         }
         Ok(notices)
+    }
+
+    /// The number of samples of every pixel, by a pilot.
+    fn plan_samples(
+        &self,
+        camera: &Camera,
+        threshold: f32,
+        workers: &Workers,
+        control: &Control,
+    ) -> Result<SamplePlan, RenderError> {
+        let settings = pilot_settings(self.settings);
+        let region = pilot_region(self.region, camera.size());
+        let request = RenderRequest { settings: &settings, region, ..*self };
+        let renderer = workers.run(|| request.renderer(camera, &settings));
+        let (tiles, control) = (Tile::for_threads(region, workers.count()), control.part());
+        Pilot::new(region, threshold, settings.samples).run(|samples, is_selected| {
+            let found = Mutex::new(vec![]);
+            workers.for_each_dynamic(&tiles, |scratch: &mut ThreadScratch, tile| {
+                let own = renderer.trace_pilot(tile, samples.clone(), is_selected, scratch, &control)?;
+                found.lock().unwrap_or_else(PoisonError::into_inner).extend(own);
+                Ok(())
+            })?;
+            Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner))
+        })
     }
 
     /// The renderer of a frame of these settings.

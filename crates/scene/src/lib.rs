@@ -64,7 +64,8 @@ pub use mesh::Mesh;
 pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
 pub use notice::{Notice, NoticeCode};
 pub use texture::{
-    ByteString, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap,
+    ByteString, ColorUse, EncodedImage, Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot,
+    Wrap,
 };
 pub use up::Up;
 pub use video::Video;

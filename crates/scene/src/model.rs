@@ -7,7 +7,7 @@ use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::notice::Notice;
-use crate::texture::{Image, Texture, Wrap};
+use crate::texture::{ColorUse, Image, Texture, Wrap};
 use crate::up::Up;
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
@@ -48,11 +48,11 @@ pub trait AssetLoader {
     /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
-    /// The image file of this name.
+    /// The image file of this name. Integers in images of colours are in sRGB, all others are linear.
     ///
     /// # Errors
     /// A file that is missing, unreadable, too large or malformed.
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, Self::Error>;
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, Self::Error>;
 
     /// The IES file of this name.
     ///
@@ -91,7 +91,7 @@ impl AssetLoader for NoAssets {
         Err(SceneError::world(format!("mesh {file:?}: files cannot be read here")))
     }
 
-    fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture> {
+    fn texture(&mut self, file: &str, _wrap: [Wrap; 2], _color_use: ColorUse) -> Result<Texture> {
         Err(SceneError::world(format!("texture {file:?}: files cannot be read here")))
     }
 
@@ -174,7 +174,7 @@ impl Light {
         match self {
             Light::Environment { image, .. } => image.load(|file| {
                 let wrap = [Wrap::Repeat, Wrap::Clamp];
-                Ok(files.texture(file, wrap)?.image)
+                Ok(files.texture(file, wrap, ColorUse::Color)?.image)
             }),
             Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
             _ => Ok(()),

@@ -111,8 +111,8 @@ codes! {
             "The light of lamps and suns without a size does not pass through solid glass.",
             "Give the lamp a radius or the sun an angular_diameter.";
         SamplesUsed "samples_used":
-            "A render that stops at a noise threshold or a time limit reports its samples per pixel.",
-            "Set samples to this number to get the same image again.";
+            "A render with a noise threshold or a time limit reports its samples per pixel.",
+            "After a time limit, set samples to this number to get the same image again.";
         NoiseLeft "noise_left":
             "Some pixels have not reached the noise threshold within the allowed samples.",
             "Raise samples or noise_threshold.";

@@ -61,7 +61,8 @@ render_options! {
     integrator: Integrator = Some(Integrator::Direct), OptionRange::Names(Integrator::NAMES);
     /// Samples per pixel. With `noise_threshold` or `time_limit`, the maximum per pixel (default 16384).
     samples: u32 = Some(16), OptionRange::Whole { min: 1, max: MAX_SAMPLES as u64 };
-    /// Target standard error of a pixel's luminance: a pixel is finished when the estimated error is at most this value.
+    /// Target standard error of a pixel's luminance. A first pass, which is not shown, measures the noise and chooses the
+    /// number of samples of each pixel; the image is unbiased.
     noise_threshold: f64 = None, OptionRange::Radiance;
     /// Time in seconds after which the image is finished. The result depends on the machine; a notice reports the number
     /// of samples that reproduces it.

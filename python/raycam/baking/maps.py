@@ -28,21 +28,21 @@ __all__ = ["MAPS", "BakedMaps", "bake"]
 MAPS = ("position", "normal", "shading_normal", "ao", "bent_normal", "thickness", "instance", "triangle")
 """The maps that `bake` supports."""
 RELATIVE_ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""Rounding of a point on a surface, relative to its largest coordinate; rays start beyond it."""
+"""Rounding error of a surface point relative to its largest coordinate; rays start at this distance."""
 CHUNK_TEXELS = 1 << 17
-"""Texels in work at the same time."""
+"""Number of texels processed at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class BakedMaps(Mapping[str, npt.NDArray[Any]]):
-    """The maps of an object by name, arrays [h, w] or [h, w, 3], and the texels that a face covers."""
+    """The result of `bake`: an object's maps by name, arrays [h, w] or [h, w, 3], and the covered texels."""
 
     maps: dict[str, npt.NDArray[Any]] = field(repr=False)
     """The arrays by name."""
     covered: Bools = field(repr=False)
-    """True [h, w] for texels whose centre is in a face; gutters are not covered."""
+    """True [h, w] for texels whose centre is inside a face; False in gutters."""
     overlapping: int
-    """The number of texels in several faces."""
+    """The number of texels that are inside several faces."""
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """The map of this name."""
@@ -57,7 +57,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return len(self.maps)
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes NAME.exr, and ao.png with 16 bits, into a folder; returns the paths."""
+        """Writes each map as NAME.exr, and ao.png with 16 bits, into a folder; returns the paths."""
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
         made = []
@@ -85,7 +85,7 @@ def bake(
 ) -> BakedMaps:
     """Bakes maps of an object, by id or name, into textures of `size` x `size` texels by its texture coordinates.
 
-    A texel's point is where its centre lies on the surface; all objects occlude.
+    Each texel's values belong to the surface point at its centre. All objects of the world occlude.
 
     ============== ========= =======================================================================================
     position       float32   the point in the world, metres
@@ -100,9 +100,10 @@ def bake(
     triangle       int32     the face's index in the mesh, -1 without a surface
     ============== ========= =======================================================================================
 
-    Gutters of 8 texels around the islands continue their values, except for ids. Overlapping islands are reported in a
-    notice. The same call returns the same bytes on any number of threads. Raises `SettingsError` for invalid arguments,
-    and `WorldError` for an unknown object and one without the set of texture coordinates.
+    Gutters of 8 texels around the islands continue their values, except for ids. Overlapping islands are reported in
+    a notice. The same call returns the same bytes on any number of threads. Raises `SettingsError` for invalid
+    arguments, and `WorldError` for an unknown object and if the object does not have the texture coordinate set
+    `uv_set`.
     """
     chosen = words("map", maps, MAPS)
     number = object_number(world._core, object)

@@ -1,4 +1,4 @@
-"""A data set as a job: its package, and the maker of its units."""
+"""A data set as a job: its package, and the function that makes its units of work."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """The name of the file with a unit's record, from which the index files are made."""
+    """Returns the name of the file with a unit's record, from which the index files are made."""
     return f".raycam-dataset/{unit:06d}.json"
 
 
 def job_package(format: str, plan: Plan) -> JobPackage:
-    """The package of a data set: world, cameras and options.
+    """Returns the package of a data set: world, cameras and options.
 
-    For a recipe, the package has the SHA-256 of the recipe's files, which every worker reads from their folder.
+    For a recipe, the package contains the SHA-256 of the recipe's files, which every worker reads from their folder.
     """
     recipe = plan.recipe
     settings = {
@@ -84,7 +84,7 @@ def job_package(format: str, plan: Plan) -> JobPackage:
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """The frame maker of the kind "dataset": the files of a unit, and its record."""
+    """Returns the frame maker of the kind "dataset", which makes the files of a unit and its record."""
     return _maker(FORMATS[settings["format"]], _plan(world, settings, threads))
 
 

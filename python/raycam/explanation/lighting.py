@@ -92,7 +92,7 @@ class Lighting:
     total: Floats
     """The sum of emission and terms, [3]."""
     rendered: Estimate
-    """The same ray in the picture of all lights at once, `integrator="direct"`."""
+    """The same ray in the image of all lights at once, `integrator="direct"`."""
     samples: int
 
     def __str__(self) -> str:

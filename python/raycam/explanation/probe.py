@@ -34,7 +34,7 @@ class Estimate:
 
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
     """The radiance that comes to `origin` [3] from `direction` [3]: emission and direct light, by `samples` samples."""
-    with collected():  # one pixel says nothing of the picture
+    with collected():  # one pixel says nothing of the image
         frame = render(
             world,
             _camera(origin, direction),

@@ -1,4 +1,4 @@
-"""Collection of meshes and materials of other libraries into a world, by way of a GLB document."""
+"""Conversion of other libraries' meshes and materials to a world, through a GLB document."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class WorldCollector:
     ) -> tuple[int, Array] | None:
         """Adds a mesh; returns its index and the offset [3] subtracted from its vertices; None for an empty mesh.
 
-        The offset is the middle of the mesh, so that float32 positions keep their precision, or 0 if the vertices are
-        float32 values already. Per-vertex arrays are as long as `vertices`. `materials` are pairs of a material and the
-        indices [k] of its faces.
+        The offset is the mesh's centre, so that float32 positions keep their precision, or 0 if the vertices are
+        already float32 values. Arrays per vertex have the length of `vertices`. `materials` are pairs of a material
+        and the indices [k] of its faces.
         """
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
@@ -136,12 +136,12 @@ def default_material(collector: WorldCollector, colors: Array | None) -> int:
 
 
 def to_array(image: Any) -> Array:
-    """The array of an image: Open3D's (legacy or tensor), or any array."""
+    """Returns an image (Open3D's legacy or tensor image, or any array) as an array."""
     return image.as_tensor().cpu().numpy() if hasattr(image, "as_tensor") else np.asarray(image)
 
 
 def to_linear(colors: Any) -> Array:
-    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity stays."""
+    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity is unchanged."""
     array = np.asarray(colors)
     array = (
         array / np.iinfo(array.dtype).max if array.dtype.kind == "u" else np.clip(array.astype(float), 0, 1)

@@ -262,6 +262,7 @@ class _Scheduler:
 
 def _lost_worker_error(fault: BaseException) -> JobError:
     return JobError(
-        f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes "
-        "on"
+        f"the connection to the workers was lost ({type(fault).__name__}: {fault}); finished frames are kept, and the "
+        "same command continues the job",
+        code="workers_lost",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -11,7 +13,7 @@ from ..render.frame import Frame
 from ..world import World
 from .visibility import SurfaceVisibility
 
-__all__ = ["coverage_colors", "coverage_picture", "coverage_world"]
+__all__ = ["coverage_colors", "coverage_picture", "coverage_world", "viridis"]
 
 # Colours of the map viridis at even steps; Smith and van der Walt 2015.
 VIRIDIS = (
@@ -34,12 +36,20 @@ UNSEEN = np.array([0.85, 0.0, 0.55])
 
 
 def coverage_colors(views: npt.NDArray[np.int32], most: int | None = None) -> npt.NDArray[np.uint8]:
-    """sRGB colours uint8 [n, 3]: magenta for 0 views, then from dark blue for 1 to yellow for `most` or more."""
+    """Returns sRGB colours uint8 [n, 3]: magenta for 0 views, and from dark blue for 1 view to yellow for `most` or
+    more.
+    """
     top = max(int(views.max(initial=1)) if most is None else most, 2)
-    place = np.clip((views - 1) / (top - 1), 0, 1) * (len(VIRIDIS) - 1)
-    colors = np.stack([np.interp(place, np.arange(len(VIRIDIS)), VIRIDIS[:, i]) for i in range(3)], axis=1)
-    colors[views == 0] = UNSEEN
-    found: npt.NDArray[np.uint8] = np.rint(colors * 255).astype(np.uint8)
+    colors = viridis(np.clip((views - 1) / (top - 1), 0, 1))
+    colors[views == 0] = np.rint(UNSEEN * 255)
+    return colors
+
+
+def viridis(values: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
+    """sRGB colours uint8 [..., 3] of values from 0 (dark blue) to 1 (yellow)."""
+    place = values * (len(VIRIDIS) - 1)
+    colors = [np.interp(place, np.arange(len(VIRIDIS)), VIRIDIS[:, i]) for i in range(3)]
+    found: npt.NDArray[np.uint8] = np.rint(np.stack(colors, axis=-1) * 255).astype(np.uint8)
     return found
 
 
@@ -65,6 +75,6 @@ def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = Non
 def coverage_picture(
     world: World, seen: SurfaceVisibility, camera: Camera | None = None, most: int | None = None
 ) -> Frame:
-    """An image of the coverage from `camera` (default: one that frames the mesh)."""
+    """Renders the coverage as seen from `camera` (default: a camera that shows the whole mesh)."""
     colored = coverage_world(world, seen, most)
     return render(colored, camera or colored.view_from(size=(960, 640)), samples=4)

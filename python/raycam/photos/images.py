@@ -1,4 +1,4 @@
-"""Reading photographs, and their colours at fractional pixels."""
+"""Reading of photographs, and their colours at fractional pixels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..srgb import linear_from_srgb
 __all__ = ["PhotoSource", "Photos", "Pyramid"]
 
 Photos = str | os.PathLike[str] | Mapping[str, Any]
-"""A folder with the photographs, or paths or arrays by the photographs' names."""
+"""A folder with the photographs, or a mapping from their names to paths or arrays."""
 LISTED_NAMES = 3
 """Photographs that an error lists; further ones are counted."""
 
@@ -174,7 +174,9 @@ class Pyramid:
         return self.levels[number]
 
     def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
-        """Colours [n, 4] at places [n, 2] in pixels from the image's corner, averaged over `footprint` [n] pixels."""
+        """Returns colours [n, 4] at `places` [n, 2] in pixels from the image's corner, averaged over `footprint` [n]
+        pixels.
+        """
         level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
         low = np.floor(level).astype(int)
         share = (level - low)[:, None]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Bools
+from ..io.atomic_files import write
 from ..world import World
+from .photo_set import PhotoSet
 
 __all__ = ["PhotoTexture", "PhotographFit"]
 
@@ -49,3 +52,15 @@ class PhotoTexture:
     """The texel's photograph, as an index of `photographs`; -1 for blended texels, unseen ones and no face."""
     photographs: tuple[PhotographFit, ...] = field(repr=False)
     """Each photograph's gain, shift and disagreement, in the order of names."""
+    _photos: PhotoSet = field(repr=False)
+    _object: int
+
+    def save_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes a page with maps, the photographs' fits, and three photographs beside the textured model.
+
+        The page is one HTML file that works offline. The three photographs are those with the largest, the median and
+        the smallest disagreement. Raises `OSError` if the file cannot be written.
+        """
+        from .texture_report import report_page
+
+        write(path, report_page(self, self._photos, self._object).encode())

@@ -28,10 +28,11 @@ POSE = ("R", "C", "t", "location", "target", "up", "roll", "pitch", "yaw")
 
 
 def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[str, Any]:
-    """A [[camera]] without `calibration`: the keys of that file's camera, under the pose of the row, if it has one.
+    """Returns a [[camera]] table in which `calibration` is replaced by the keys of that file's camera.
 
-    Of a file with several cameras it is the one with the row's `name`. `lens` is the model of coefficients whose file
-    does not state it. Raises `WorldError` for keys that the file gives already, and for files that cannot be read.
+    A pose in the table replaces the file's. For a file with several cameras, the table's `name` selects one. `lens`
+    is the lens model of coefficients whose model the file does not specify. Raises `WorldError` for keys that the
+    file already contains, and for files that cannot be read.
     """
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:

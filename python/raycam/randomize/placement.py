@@ -1,6 +1,6 @@
 """Random placement of objects at rest on surfaces, without collisions.
 
-The bound of an object is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
+An object's bound is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
 Objects whose prisms do not intersect do not collide; no object is placed inside another.
 """
 
@@ -22,7 +22,7 @@ __all__ = ["ConvexPrism", "PlacementSampler", "outline"]
 AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 """Order of the axes that puts the up axis last."""
 LEVEL = 0.999
-"""Cosine of the steepest slope that objects may stand on: 2.6 degrees."""
+"""Cosine of the steepest slope on which objects are placed: 2.6 degrees."""
 MAX_TRIES = 2000
 TRIES_PER_BATCH = 8
 
@@ -40,18 +40,18 @@ class ConvexPrism:
 
     @classmethod
     def around(cls, corners: Floats, up: str) -> ConvexPrism:
-        """The smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
+        """Returns the smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
         points = corners.reshape(-1, 3)[:, AXES[up]]
         return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
 
     def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
-        """The prism rotated about the up axis, then shifted by `shift` [3]."""
+        """Returns the prism rotated about the up axis, then shifted by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
         return ConvexPrism(product(self.outline, turn) + np.array([x, y]), self.low + z, self.high + z)
 
     def intersects(self, other: ConvexPrism, gap: float) -> bool:
-        """True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
+        """Returns True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
@@ -60,7 +60,7 @@ class ConvexPrism:
         return bool(apart.max() < max(gap, 1e-12))
 
     def intersects_triangles(self, corners: Floats) -> bool:
-        """True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
+        """Returns True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
         box_low = np.append(self.outline.min(axis=0), self.low)
         box_high = np.append(self.outline.max(axis=0), self.high)
         near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
@@ -93,7 +93,7 @@ class ConvexPrism:
 
 
 def outline(points: Floats) -> Floats:
-    """The convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
+    """Returns the convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
     ordered = np.unique(points, axis=0)
     if len(ordered) < 3:
         return ordered
@@ -138,7 +138,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 class PlacementSampler:
-    """Samples poses for one object after the other on the surfaces of a world, by rejection."""
+    """Samples poses of one object after another on the surfaces of a world, by rejection."""
 
     def __init__(self, world: World) -> None:
         self._world = world = world.at(0.0)  # a copy: objects added later are known by their prisms
@@ -153,8 +153,8 @@ class PlacementSampler:
     ) -> Floats:
         """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
 
-        The pose rotates the object about the up axis and puts its lowest point on the object `surface` (default: any),
-        at least `gap` metres from everything else. Raises `WorldError` if there is no room.
+        The pose rotates the object about the up axis and places its lowest point on the object `surface` (default:
+        any object), at least `gap` metres from all others. Raises `WorldError` if there is no space.
         """
         ground, areas, owners = self._ground(surface)
         if not len(ground):

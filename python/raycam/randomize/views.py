@@ -21,21 +21,21 @@ SEE_KEYS = ("object", "distance", "elevation", "azimuth", "roll", "coverage", "v
 """The keys of `see` in a [[camera]] of a recipe."""
 MAX_TRIES = 500
 PREVIEW_SIZE = 96
-"""The longer side in pixels of the preview that rejects most unsuitable views."""
+"""Longer side, in pixels, of the preview that rejects most unsuitable views."""
 
 
 def place_camera(
     world: World, camera: Camera, wanted: Mapping[str, Any], draw: RandomStream, what: str
 ) -> Camera:
-    """Samples a pose of `camera` that fulfils `wanted`, a function of the world, `wanted` and `draw` alone.
+    """Samples a pose of `camera` that fulfils `wanted`; returns the camera at this pose.
 
-    `wanted` has these keys. `object` is a name or a category, one of whose objects is chosen (default: any object with
-    a category, or any object). `distance` [low, high] is in metres to the centre of the object's box (default: 2 to 6
-    times the radius of the box). `elevation` (5 to 85) and `azimuth` (0 to 360) are the direction from the object to
-    the camera in degrees, `roll` (0) rotates the picture. `off_center` (0.2) is the largest offset of the object's
-    centre from the picture's, as a fraction of half the picture's sides. `coverage` [low, high] is the fraction of the
-    picture that shows the object (default: 0.001 to 1). `visible` (0.5) is the minimum fraction of the object that is
-    neither occluded nor outside the picture.
+    The pose depends only on the world, `wanted` and `draw`. `wanted` has these keys. `object` is a name or a
+    category, one of whose objects is chosen (default: any object with a category, or any object). `distance` [low,
+    high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box). `elevation` (5
+    to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll` (0) rotates the
+    image. `off_center` (0.2) is the largest offset of the object's centre from the image's, as a fraction of half the
+    image's sides. `coverage` [low, high] is the fraction of the image that shows the object (default: 0.001 to 1).
+    `visible` (0.5) is the minimum fraction of the object that is neither occluded nor outside the image.
 
     Raises `WorldError` if no such view is found.
     """
@@ -66,7 +66,7 @@ def place_camera(
         if pose is None:
             continue
         placed = camera.at_pose(*pose)
-        # A small preview rejects most unsuitable views; the full picture decides.
+        # A small preview rejects most unsuitable views; the full image decides.
         share, visible = _seen(world, placed.resized(small_size) if scale < 0.5 else placed, number)
         away = float(lengths(pose[1] - box.center))
         best = min(filter(None, (best, (_lacking(share, visible, coverage, least), share, visible, away))))
@@ -164,7 +164,7 @@ def _axes(forward: Floats, down: Floats) -> Floats:
 
 
 def _seen(world: World, camera: Camera, number: int) -> tuple[float, float]:
-    """The fraction of the picture that shows the object, and the visible fraction of the object."""
+    """The fraction of the image that shows the object, and the visible fraction of the object."""
     found: list[Label] = label(world, camera, objects=[number])
     if not found or not found[0].visible_pixels:
         return 0.0, 0.0

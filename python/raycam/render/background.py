@@ -1,4 +1,4 @@
-"""Pictures behind frames: photographs seen through a camera, pictures that cover a frame, and colours."""
+"""Backgrounds of frames: photographs of a camera, images that cover a frame, and colours."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["numpy_background", "picture_behind"]
 Colors = npt.NDArray[np.float32]
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff", ".exr", ".hdr")
 MAX_SUBPIXELS = 8
-"""Points along each side of a pixel at which a larger picture is looked up, at most."""
+"""Maximum number of samples per pixel side when a larger image is resampled."""
 
 
 def numpy_background(given: Any) -> Any:
@@ -36,13 +36,14 @@ def numpy_background(given: Any) -> Any:
 
 
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
-    """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
+    """Returns the image behind a frame of `size` (width, height), [h, w, 3] in linear light, and notices.
 
-    `given` is a colour, the path of a picture, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
-    sRGB, floats linear), or a `Background`. A path is that of a photograph where it has the size of the frame, and of a
-    picture that covers the frame otherwise.
+    `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
+    sRGB, floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other is
+    scaled until it covers the frame.
 
-    Raises `SettingsError` for what is none of these and for photographs of another size, `FormatError` and `OSError`.
+    Raises `SettingsError` for other types and for photographs of another size, and `FormatError` or `OSError` for
+    files.
     """
     width, height = size
     given = numpy_background(given)
@@ -119,7 +120,7 @@ def _lying(camera: Camera) -> Camera:
 def _warped(
     pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
 ) -> tuple[Colors, list[Notice]]:
-    """The picture of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
+    """The image of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
 
     Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
     """
@@ -163,7 +164,7 @@ def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[F
 
 
 def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
-    """A picture that covers a frame of `size`, cut evenly at the sides that are too long."""
+    """An image that covers a frame of `size`, cut evenly at the sides that are too long."""
     own_height, own_width = pixels.shape[:2]
     width, height = size
     scale = max(width / own_width, height / own_height)
@@ -181,12 +182,12 @@ def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
 
 
 def _subpixels(step: float) -> int:
-    """Points along each side of a pixel that a picture is looked up at, of which `step` pixels make one."""
+    """Points along each side of a pixel that an image is looked up at, of which `step` pixels make one."""
     return min(MAX_SUBPIXELS, max(1, math.ceil(step - 0.05)))
 
 
 def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
-    """Values [n, 3] between the pixels of a picture, 0 beside it, and True [n] inside."""
+    """Values [n, 3] between the pixels of an image, 0 beside it, and True [n] inside."""
     height, width = shown.shape[:2]
     with np.errstate(invalid="ignore"):
         within = (places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)

@@ -93,9 +93,10 @@ def render(
 
     * `integrator`: "direct" (default) adds direct light and shadows, "path" is path tracing with any number of bounces,
       "ao" is ambient occlusion, "flat" the base colour, "reference" the same by a slow NumPy program.
-    * `samples` (16) per pixel. `noise_threshold` finishes a pixel when the estimated standard error of its luminance
-      (channel `error`) is at most this value, `time_limit` the image after as many seconds; `samples` is then the
-      maximum (16384), and a notice reports the number of samples that reproduces the image.
+    * `samples` (16) per pixel. `noise_threshold` chooses the number for each pixel so that the standard error of its
+      luminance (channel `error`) is about this value or less, without bias (Kirk and Arvo 1991). `time_limit` finishes
+      the image after as many seconds; a notice reports the number of samples that reproduces it. With either option,
+      `samples` is the maximum (16384).
     * `max_depth`: maximum number of path segments; 1 shows only emission, 2 adds direct light. `clamp`: maximum
       radiance of a sample; removes fireflies and darkens the image. `filter`: "box" (default) or "blackman-harris".
     * `ambient_occlusion`: True, or the distance in metres up to which surfaces occlude the sky.
@@ -269,7 +270,7 @@ def _planes(
 def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, view: str
 ) -> list[Notice]:
-    """The notices of `blank_notices` for a finished picture."""
+    """The notices of `blank_notices` for a finished image."""
     shown = world.without_studio
 
     def truth() -> Any:

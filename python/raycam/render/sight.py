@@ -1,4 +1,4 @@
-"""Notices for pictures that show nothing: no object, no light, or nothing but white."""
+"""Notices about images without visible content: no object, no light, or only white."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ MIN_PIXELS = 16
 MIN_CONTRAST = 1.25
 """The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
 PROBES_PER_SIDE = 24
-"""Rays along each side by which a picture without ground truth is probed."""
+"""Number of rays along each side that probe an image without ground truth."""
 LIT_INTEGRATORS = ("direct", "path")
-"""The integrators whose pictures show light."""
+"""The integrators whose images show light."""
 
 Planes = Mapping[str, npt.NDArray[Any]]
 Bools = npt.NDArray[np.bool_]
@@ -43,7 +43,7 @@ def blank_notices(
 
     Objects show no shading if 98 % of their pixels are displayed as white, or all of them in one or two colours.
 
-    `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
+    `truth()` renders the channel `instance`; it is called if the image lacks it and rays that probe the image hit
     nothing.
     """
     seen = _seen(world, camera, planes, truth)

@@ -98,7 +98,7 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
 def open_encoder(
     path: Path, size: tuple[int, int], fps: float, codec: Codec, *, audio: Path | None = None
 ) -> Iterator[Callable[[int, Picture], None]]:
-    """Opens a video file of a codec; yields a function that adds pictures in order.
+    """Opens a video file of a codec; yields a function that adds images in order.
 
     For a Y'CbCr codec, sRGB is converted with the BT.709 matrix (ITU-R BT.709-6) to limited range, and the file is
     tagged accordingly (ITU-T H.273). `audio` is a file whose first audio track is added, cut or padded with silence.

@@ -27,13 +27,13 @@ from .png import decode_png
 __all__ = ["ENDINGS", "check_video", "open_video", "picture_name", "read_picture"]
 
 Add = Callable[[int, Picture], None]
-"""Adds a picture: `add(frame number, picture)`."""
+"""Adds an image: `add(frame number, image)`."""
 
 GIF_MAX_FPS = 50
 OLDEST_AV = 17
 """The oldest major version of PyAV that encodes all codecs of the table."""
 ENDINGS = [*dict.fromkeys(ending for ending, _, _ in CODECS), ".gif"]
-"""Endings of video files; a path without an ending is a folder of PNG pictures."""
+"""Endings of video files; a path without an ending is a folder of PNG images."""
 
 
 def check_video(
@@ -107,9 +107,9 @@ def open_video(
     alpha: bool = False,
     audio: Path | None = None,
 ) -> AbstractContextManager[Add]:
-    """The writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG pictures.
+    """The writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG images.
 
-    `lossless` keeps every bit of the pictures; a folder and .mkv always do. With `alpha`, pictures have a fourth
+    `lossless` keeps every bit of the images; a folder and .mkv always do. With `alpha`, images have a fourth
     component, opacity, and colours are not premultiplied. `audio` is a file whose first audio track is added.
 
     Raises the errors of `check_video`. Entering the context raises `SettingsError` for an unsupported size or rate, and
@@ -158,7 +158,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
     rate = as_rate(fps)
     with atomic_files.atomic_path(path) as temporary:
-        # The palette is known after the last picture, so pictures are kept compressed until then.
+        # The palette is known after the last image, so images are kept compressed until then.
         waiting: list[bytes] = []
         palette_maker = Filters(rate, [("rgb24", size)], [("palettegen", "stats_mode=full")])
 
@@ -209,5 +209,5 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
 
 def picture_name(number: int) -> str:
-    """The file name of a frame's picture."""
+    """The file name of a frame's image."""
     return f"frame_{number:04}.png"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["Filters", "Picture", "as_rate"]
 
 Picture = npt.NDArray[np.uint8]
-"""A picture [height, width, 3] in 8-bit sRGB, or [height, width, 4] with opacity and unpremultiplied colours."""
+"""An image [height, width, 3] in 8-bit sRGB, or [height, width, 4] with opacity and unpremultiplied colours."""
 
 
 def as_rate(fps: float) -> Fraction:
@@ -24,7 +24,7 @@ def as_rate(fps: float) -> Fraction:
 
 
 class Filters:
-    """A chain of FFmpeg's filters: pictures in, frames out.
+    """A chain of FFmpeg's filters: images in, frames out.
 
     `inputs` are the pixel formats and sizes of the first filter's inputs. `chain` are filters with their options.
     """
@@ -52,7 +52,7 @@ class Filters:
         self._count = 0
 
     def push(self, picture: Picture) -> list[VideoFrame]:
-        """Adds a picture; returns the frames that are ready."""
+        """Adds an image; returns the frames that are ready."""
         from av import VideoFrame
 
         frame = VideoFrame.from_ndarray(picture, format="rgba" if picture.shape[2] == 4 else "rgb24")

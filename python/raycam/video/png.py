@@ -18,7 +18,7 @@ COMPONENTS = {2: 3, 6: 4}
 
 
 def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
-    """The pixels [height, width, 3 or 4] of a PNG picture with 8 bits and no interlacing, as raycam writes them.
+    """The pixels [height, width, 3 or 4] of a PNG image with 8 bits and no interlacing, as raycam writes them.
 
     Raises `FormatError` for any other.
     """

@@ -41,7 +41,7 @@ class Page(str):
     """The text of a page, which notebooks show in a frame of its own."""
 
     picture: bytes = b""
-    """The picture that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
+    """The image that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
 
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
@@ -143,7 +143,7 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
 
 
 def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
-    """The picture that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
+    """The image that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
     shown = channel or ("color" if "color" in frame else next(iter(frame)))
     known = shown in CHANNELS and frame[shown].shape[2:] == (
         (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
@@ -164,7 +164,7 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
 
 
 def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
-    """The arrays that are planes of this picture, by name. Raises `SettingsError` for others."""
+    """The arrays that are planes of this image, by name. Raises `SettingsError` for others."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(

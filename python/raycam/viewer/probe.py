@@ -28,7 +28,7 @@ def values_at(
 
     `names` are those of the world's objects.
 
-    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
+    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole image.
     """
     seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
     channels = {name: array[0, 0] for name, array in seen.items()}

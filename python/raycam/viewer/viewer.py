@@ -42,7 +42,7 @@ __all__ = ["Viewer", "open_browser", "view"]
 QUEUED_PICKS = 16
 """Clicked pixels that wait for the listeners at most; others are lost."""
 FIRST_SIDE = 480
-"""Pixels of the picture for those who read a notebook without a kernel."""
+"""Pixels of the image for those who read a notebook without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
@@ -79,7 +79,7 @@ class Viewer:
         """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
         the cameras that the file does not have.
 
-        `size` is the space of its pictures, at most 2560 x 1600; otherwise they have that of a client's window.
+        `size` is the space of its images, at most 2560 x 1600; otherwise they have that of a client's window.
 
         `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
 
@@ -238,7 +238,7 @@ class Viewer:
         return self.controls.add_lines(points, **options)
 
     def frame(self) -> Frame | None:
-        """The newest still picture of the client that was used last: colour, alpha and coverage."""
+        """The newest still image of the client that was used last: colour, alpha and coverage."""
         last = self._last()
         return None if last is None else last.images.still
 
@@ -309,7 +309,7 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and a picture for those who read without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for those who read without a kernel; else the address."""
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
@@ -321,7 +321,7 @@ class Viewer:
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:
-        """The picture of the camera, the longer side of `FIRST_SIDE` pixels."""
+        """The image of the camera, the longer side of `FIRST_SIDE` pixels."""
         view = self._first.view
         scale = FIRST_SIDE / max(view.camera.size)
         width, height = (max(1, round(side * scale)) for side in view.camera.size)
@@ -381,8 +381,8 @@ def view(
     """Shows a world live in the browser or a cell: moved with the mouse, with the real light and the real lens.
 
     `what` is a world or a frame, or the path of one; the page of a frame (.npz, .exr) is shown as `Frame.show` does,
-    with its options. `camera` is looked through first (default: the world's first), in pictures of `size` (width,
-    height) where that is given. `integrator` ("direct" or "path") and `samples` are those of the still picture;
+    with its options. `camera` is looked through first (default: the world's first), in images of `size` (width,
+    height) where that is given. `integrator` ("direct" or "path") and `samples` are those of the still image;
     `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`. `edit=False` is for
     looking alone, `follow=True` for clients that share one camera, as in teaching. With `allow_open=True`, worlds that
     are dropped on the page are opened there, from a private folder. `source` is the file that the world came from,

@@ -185,7 +185,7 @@ class Views:
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
     """The widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
 
-    Its `still`, the address of a picture as text, is shown where no kernel answers: in notebooks that are only read.
+    Its `still`, the address of an image as text, is shown where no kernel answers: in notebooks that are only read.
     """
     import anywidget
     import traitlets

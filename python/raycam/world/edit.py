@@ -1,4 +1,4 @@
-"""Changes of objects and lights, in the form that the core takes."""
+"""Descriptions of changed objects and lights for the core."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from .usd_files import is_usd
 __all__ = ["describe_light_change", "describe_object_change"]
 
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
-"""The columns of the arrays of a mesh besides its vertices."""
+"""Columns of a mesh's arrays per corner or face."""
 
 EITHER = (("power", "intensity"), ("radiance", "zenith"), ("radiance", "horizon"), ("radiance", "ground"))
-"""Pairs of keys of lights of which one replaces the other."""
+"""Pairs of light keys that exclude each other."""
 
 
 def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
-    """The description of what changes of an object; raises `WorldError`.
+    """Returns the description of an object's changes; raises `WorldError` for invalid keys and values.
 
-    `faces` is the name of `triangles` that `World.add_mesh` has, `material` a dict of material keys; `normals` may be
-    None, for flat faces.
+    As in `World.add_mesh`, `faces` means `triangles` and `material` is a dict of material keys. `normals` may be None
+    for flat faces.
     """
     keys = dict(keys)
     for part in (keys.pop("material", None) or {},):
@@ -66,7 +66,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
 def describe_light_change(
     light: Mapping[str, Any], description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """The whole description of a light after a change, and True if it keeps its image or profile."""
+    """Returns a light's complete description after a change, and True if it keeps its image or profile."""
     given = light_keys(description, keys)
     if not given:
         raise WorldError(

@@ -35,30 +35,30 @@ def load(
 ) -> World:
     """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro .sdf).
 
-    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
+    USD (.usd .usda .usdc .usdz) requires the `raycam[usd]` extra; it is read in a separate process.
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
-    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`.
-    `variant` is the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}",
-    several separated by commas: all prims with that variant change. `World.variants` lists them.
+    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`. `variant` is
+    the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several
+    separated by commas; "NAME" applies to all prims with that variant. `World.variants` lists the names.
 
-    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
-    images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
+    `texture_memory` limits the memory of material images, in bytes or as "512 MiB" (see `World`). Without it, images
+    may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
-    `folder` is the folder within which the files that a file names may lie: images, materials, buffers, layers, meshes
-    (default: the folder of the file). Symbolic links are followed within it. What lies outside is left out with a
-    notice, or is an error where nothing can be shown without it. A `path` that is a link may lead anywhere: the files
-    that it names are searched beside the link and beside its target.
+    `folder` restricts which files are read: images, materials, buffers, layers and meshes must be in it (default: the
+    file's folder). Symbolic links are followed within it. A part whose file is outside is omitted with a notice; an
+    essential part raises an error. `path` itself may be a link to anywhere; files that it refers to are then searched
+    next to the link and next to its target.
 
-    `time` is the time in seconds at which a USD file is read (default: the first time of each value); other files move
-    by `World.at`.
+    `time` is the time in seconds at which a USD file is read (default: the first time of each value); for other
+    formats, use `World.at`.
 
-    `up` is the up axis of a model whose file does not say it or is wrong: it turns the view, the sky and the ground,
-    and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
+    `up` is the model's up axis, if the file does not specify it or is wrong. It rotates the view, the sky and the
+    ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y up.
 
-    A robot (.urdf) stands at the origin with its joints at zero, or at the limit that is nearest to zero; see
-    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
-    `xacro_args` are arguments of a xacro file.
+    A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
+    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
+    `xacro_args` are the arguments of a xacro file.
 
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
@@ -122,7 +122,7 @@ def _with_robots(
         with collected():
             return World._described(description, home, texture_memory, lines)
     except Error as error:
-        raise type(error)(f"{os.fspath(path)}: {error}") from None
+        raise type(error)(f"{os.fspath(path)}: {error}", code=error.code) from None
 
 
 def _load_robot(

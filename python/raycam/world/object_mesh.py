@@ -1,4 +1,4 @@
-"""The mesh of one object as arrays of corners, read from the glTF form of the object."""
+"""The mesh of one object as arrays per corner, read from the object's glTF form."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ObjectMesh:
     corners: Floats
     """Positions in the world [f, 3, 3], exact."""
     uvs: tuple[Single, ...]
-    """Texture coordinates [f, 3, 2] of each set, v down; empty without any."""
+    """Texture coordinates [f, 3, 2] of each set, v down; an empty tuple if the mesh has none."""
     normals: Single | None
     """Unit shading normals in the mesh's frame [f, 3, 3]; None for flat faces."""
     colors: Single | None
@@ -44,7 +44,7 @@ class ObjectMesh:
 
 
 def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
-    """The mesh of the object with this id. Texture coordinates and normals are the mesh's float32 values."""
+    """Returns the mesh of the object with this id; texture coordinates and normals are the mesh's float32 values."""
     corners = world.triangles(number)
     alone = _alone(world, number)
     data, _ = _core.world_to_gltf(alone)

@@ -1,4 +1,4 @@
-"""Robots in worlds: their visuals become objects, their joints move these."""
+"""Robots in worlds: their visual shapes become objects, which their joints move."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ __all__ = ["GEOMETRIES", "is_robot", "place_robot"]
 GEOMETRIES = ("visual", "collision")
 """Shapes that a robot shows."""
 OWN_MATERIALS = (".glb", ".gltf", ".dae")
-"""Endings of meshes that always bring their own materials."""
+"""Endings of mesh files that contain their own materials."""
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
 SHOWN_FAULTS = 20
-"""Missing files that an error lists."""
+"""Maximum number of missing files that an error lists."""
 
 
 def is_robot(name: object) -> bool:
-    """True for the name of a robot file."""
+    """Returns True for the name of a robot file."""
     return isinstance(name, str | os.PathLike) and Path(name).suffix.lower() in robots.SUFFIXES
 
 
@@ -47,9 +47,9 @@ def place_robot(
     category: str,
     missing: str,
 ) -> tuple[robots.Robot, list[Notice]]:
-    """Adds a robot's shapes to a world at its zero; returns the robot and notices. `placement` moves the file's origin.
+    """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
-    The world is unchanged if an error is raised before objects are added: all files are found first.
+    `placement` moves the origin of the file. All files are located before objects are added, so the world is unchanged if one is missing.
     """
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])

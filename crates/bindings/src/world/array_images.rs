@@ -6,7 +6,7 @@ use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyU
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::{AssetRoot, FormatError};
-use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
 
 use crate::arrays::NewArray;
 use crate::error::{check_memory, world_error};
@@ -58,8 +58,14 @@ impl ArrayImages {
         Ok(description.clone())
     }
 
-    fn image_named(&self, name: &str) -> Option<Arc<Image>> {
-        self.0.get(name.strip_prefix(MARK)?.parse::<usize>().ok()?).cloned()
+    fn image_named(&self, name: &str, color_use: ColorUse) -> Option<Arc<Image>> {
+        let image = self.0.get(name.strip_prefix(MARK)?.parse::<usize>().ok()?)?;
+        let texels = match (&image.texels, color_use) {
+            (Texels::Linear16(texels), ColorUse::Color) => Texels::from_srgb16(texels.clone()),
+            (Texels::Srgb8(texels), ColorUse::Data) => Texels::Linear8(texels.clone()),
+            _ => return Some(image.clone()),
+        };
+        Some(Arc::new(Image::new("", image.size, texels)))
     }
 }
 
@@ -68,7 +74,7 @@ pub(crate) fn is_array(name: &str) -> bool {
     name.starts_with(MARK)
 }
 
-/// The image of an array [h, w] or [h, w, 1..4] of uint8 (8-bit sRGB) or floats (linear).
+/// The image of an array [h, w] or [h, w, 1..4] of integers or booleans (sRGB in colours, linear elsewhere) or floats (linear).
 fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     let shape = array.shape().to_vec();
     let (height, width, channels) = match shape[..] {
@@ -84,6 +90,14 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     check_memory(&format!("an image of {width} x {height} texels"), width * height * texel_bytes)?;
     let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {
         Texels::Srgb8(texels_of(bytes, channels, 255)?)
+    } else if array.dtype().kind() == b'b' {
+        let bytes = array.call_method1("astype", ("uint8",))?.cast_into::<PyArrayDyn<u8>>()?;
+        let texels = texels_of(&bytes, channels, 1)?;
+        Texels::Srgb8(texels.into_iter().map(|texel| texel.map(|value| value * 255)).collect())
+    } else if array.dtype().kind() == b'u' && array.dtype().itemsize() == 2 {
+        // Converted to colours when used as such: the name of the key decides.
+        let values = array.call_method1("astype", ("uint16",))?.cast_into::<PyArrayDyn<u16>>()?;
+        Texels::Linear16(texels_of(&values, channels, u16::MAX)?)
     } else if array.dtype().kind() == b'f' {
         let floats = array.call_method1("astype", ("float32",))?.cast_into::<PyArrayDyn<f32>>()?;
         let texels = texels_of(&floats, channels, 1.0)?;
@@ -94,7 +108,10 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         }
         Texels::Float(texels)
     } else {
-        return Err(world_error(format!("an image of dtype {}: expected uint8 or floats", array.dtype())));
+        return Err(world_error(format!(
+            "an image of dtype {}: expected uint8, uint16, bool or floats",
+            array.dtype()
+        )));
     };
     Ok(Image::new("", [width as u32, height as u32], texels))
 }
@@ -132,10 +149,10 @@ impl AssetLoader for FilesAndArrays<'_> {
         self.files.mesh(file)
     }
 
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
-        match self.arrays.image_named(file) {
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, FormatError> {
+        match self.arrays.image_named(file, color_use) {
             Some(image) => Ok(Texture { image, sampler: TextureSampler { wrap, ..TextureSampler::default() } }),
-            None => self.files.texture(file, wrap),
+            None => self.files.texture(file, wrap, color_use),
         }
     }
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use raycam_formats::polygon_arrays::PolygonArrays;
 use raycam_formats::{AssetRoot, FormatError};
 use raycam_scene::schema::{ObjectSpec, WorldFile, from_value};
-use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, World as Inner, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texture, World as Inner, Wrap};
 
 use crate::arrays::rows;
 use crate::error::{OrRaise, detached};
@@ -114,8 +114,8 @@ impl AssetLoader for FilesAndModel<'_> {
         }
     }
 
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
-        self.files.texture(file, wrap)
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, FormatError> {
+        self.files.texture(file, wrap, color_use)
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {

@@ -1,25 +1,14 @@
 //! State and helpers of every image decoder: budget, notices, and the conversions to texels.
 
 use std::path::Path;
-use std::sync::LazyLock;
 
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
 use bytemuck::Pod;
-use raycam_scene::color::linear_from_srgb;
-use raycam_scene::{Image, Message, Notice, NoticeCode, Texels};
+use raycam_scene::{ColorUse, Image, Message, Notice, NoticeCode, Texels};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
-
-/// Use of an image. It decides how integers are read; images of floats are linear for any use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ColorUse {
-    /// Colours, stored in sRGB.
-    Color,
-    /// Anything else (normals, roughness, occlusion), stored as it is.
-    Data,
-}
 
 /// Bytes that an image may unpack to however short its file is: a flat picture of 4096 x 4096, or of 8192 x 8192.
 pub(crate) const MAX_UNBACKED_BYTES: u64 = 64 << 20;
@@ -82,18 +71,11 @@ impl Decoder<'_> {
     }
 
     /// Sixteen bits a channel, for the image's use.
-    pub(crate) fn texels16(&self, mut texels: Vec<[u16; 4]>) -> Texels {
-        if self.color_use == ColorUse::Color {
-            static TABLE: LazyLock<Vec<u16>> = LazyLock::new(|| {
-                let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
-                (0..=u16::MAX).map(|v| linear(v) as u16).collect()
-            });
-            let table = &*TABLE;
-            for color in texels.iter_mut().flat_map(|texel| &mut texel[..3]) {
-                *color = table[usize::from(*color)];
-            }
+    pub(crate) fn texels16(&self, texels: Vec<[u16; 4]>) -> Texels {
+        match self.color_use {
+            ColorUse::Color => Texels::from_srgb16(texels),
+            ColorUse::Data => Texels::Linear16(texels),
         }
-        Texels::Linear16(texels)
     }
 
     /// Floats, none of them infinite or NaN.

@@ -14,9 +14,10 @@ use raycam_scene::{Image, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
-use crate::image::decoder::{ColorUse, Decoder, MAX_UNBACKED_BYTES};
+use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES};
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, stand_in};
+use raycam_scene::ColorUse;
 
 /// A channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
 pub type ExrChannel = (String, bool, Vec<u32>);

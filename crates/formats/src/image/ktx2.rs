@@ -8,7 +8,8 @@ use raycam_scene::{Image, NoticeCode, Texels};
 use ruzstd::decoding::StreamingDecoder;
 
 use crate::error::Result;
-use crate::image::decoder::{ColorUse, Decoder, grouped};
+use crate::image::decoder::{Decoder, grouped};
+use raycam_scene::ColorUse;
 
 pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 

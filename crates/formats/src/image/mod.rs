@@ -26,8 +26,8 @@ use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES, MAX_UNBACKED_BYTES_STRE
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, file_kind, stand_in};
 
-pub use crate::image::decoder::ColorUse;
 pub use crate::image::exr::{ExrChannel, read_exr};
+pub use raycam_scene::ColorUse;
 
 /// A kind of image.
 struct ImageFormat {

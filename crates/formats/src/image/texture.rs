@@ -8,9 +8,9 @@ use raycam_scene::{Notice, NoticeCode, Texture, TextureSampler, Wrap};
 use crate::budget::Budget;
 use crate::error::Result;
 use crate::image::decode_image;
-use crate::image::decoder::ColorUse;
 use crate::image::udim;
 use crate::io::{AssetRoot, InputFile, companion, reference};
+use raycam_scene::ColorUse;
 
 /// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
 ///

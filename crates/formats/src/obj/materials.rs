@@ -7,7 +7,6 @@ use std::sync::Arc;
 use raycam_scene::{Material, Mesh, MeshFile, Notice, NoticeCode, Texture, TextureSlot};
 
 use crate::error::Result;
-use crate::image::decoder::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
 use crate::io::{AssetRoot, lexer, reference};
@@ -16,6 +15,7 @@ use crate::obj::library::Library;
 use crate::obj::mtl::MtlMaterial;
 use crate::obj::mtl_map::{MapRole, MtlMap};
 use crate::obj::parse::Obj;
+use raycam_scene::ColorUse;
 
 /// The materials that faces use.
 pub(crate) struct Materials {

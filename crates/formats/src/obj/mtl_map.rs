@@ -5,9 +5,9 @@ use std::path::Path;
 use raycam_scene::{Notice, NoticeCode, Texture, Wrap};
 
 use crate::error::{Location, Result};
-use crate::image::decoder::ColorUse;
 use crate::image::texture;
 use crate::io::{AssetRoot, Diagnostics, lexer};
+use raycam_scene::ColorUse;
 
 /// Use of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

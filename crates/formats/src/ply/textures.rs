@@ -6,9 +6,9 @@ use raycam_scene::{Material, MeshFile, Notice, NoticeCode, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::geometry::colors;
-use crate::image::decoder::ColorUse;
 use crate::image::texture;
 use crate::io::AssetRoot;
+use raycam_scene::ColorUse;
 
 /// Images of one file.
 const MAX_IMAGES: usize = 4096;

@@ -12,6 +12,7 @@ use glam::Vec3;
 use crate::bsdf::BsdfEval;
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::multiscatter_dielectric::MultiscatterDielectric;
+use crate::lobes::albedo_internal::InternalTransmittance;
 use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo, albedo_tables, multi_scatter_lobe};
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
@@ -33,6 +34,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
     pub(crate) wo: Vec3,
     directional_albedo: DirectionalAlbedo,
+    /// Transmittance of a rough interface that is seen from inside, for the share of the base below it.
+    internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
     /// Fraction of light that the interface passes to the base: from `wo`, and in the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
@@ -47,6 +50,23 @@ pub(crate) struct LayeredBsdf<'a> {
 #[inline(always)]
 pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
+}
+
+/// Points and weights of the Gauss-Legendre quadrature from 0 to 1, exact for polynomials up to the ninth power.
+const GAUSS_LEGENDRE: [(f32, f32); 5] = [
+    (0.046_910_077, 0.118_463_44),
+    (0.230_765_34, 0.239_314_33),
+    (0.5, 0.284_444_45),
+    (0.769_234_66, 0.239_314_33),
+    (0.953_089_95, 0.118_463_44),
+];
+
+/// The transmittance of a rough isotropic interface that is seen from inside.
+fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmittance<'a>> {
+    let is_inside = matches!(stack.base_fresnel, Fresnel::Schlick { eta: Some(_), .. });
+    let is_rough = stack.ggx.is_isotropic() && !stack.ggx.effectively_smooth();
+    let table = stack.dielectric_albedo.filter(|table| is_inside && is_rough && table.matches_eta(stack.eta));
+    table.map(|table| table.internal_transmittance(&stack.ggx))
 }
 
 /// The probability of reflection at a microfacet that reflects and refracts, by the colours of both.
@@ -66,6 +86,7 @@ impl<'a> LayeredBsdf<'a> {
             stack,
             wo,
             directional_albedo,
+            internal_transmittance: None,
             multiscatter: MultiscatterDielectric::new(&stack, directional_albedo, wo),
             base_transmittance: 0.0,
             mean_base_transmittance: 1.0,
@@ -73,6 +94,7 @@ impl<'a> LayeredBsdf<'a> {
             lobe_probabilities: [0.0; LOBE_COUNT],
         };
         if this.has_diffuse_base() {
+            this.internal_transmittance = internal_transmittance(&stack);
             this.base_transmittance = this.base_transmittance(wo);
             this.mean_base_transmittance = this.mean_base_transmittance();
         }
@@ -101,7 +123,18 @@ impl<'a> LayeredBsdf<'a> {
 
     /// The fraction of light that the interface passes to the base.
     fn base_transmittance(&self, w: Vec3) -> f32 {
+        if let Some(internal) = &self.internal_transmittance {
+            let f0_f90 = self.stack.base_fresnel.f0_f90();
+            return self.base_share(self.directional_albedo.energy_loss(w), internal.at(w.z, f0_f90)).max(0.0);
+        }
         self.interface_albedo(&self.stack.base_fresnel, w).base_transmittance().max(0.0)
+    }
+
+    /// The same from inside: from the loss of a perfect mirror, and the light that it would reflect but that passes.
+    fn base_share(&self, loss: f32, passed: Vec3) -> f32 {
+        let f0_f90 = self.stack.base_fresnel.f0_f90();
+        let multi_scatter = self.directional_albedo.multi_scatter_color(f0_f90) * loss;
+        Albedo { single_scatter: Vec3::splat(1.0 - loss) - passed, multi_scatter }.base_transmittance()
     }
 
     /// The cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
@@ -110,15 +143,31 @@ impl<'a> LayeredBsdf<'a> {
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
             return self.directional_albedo.albedo_mean(fresnel.f0_f90()).base_transmittance().max(1e-6);
         }
-        const POINTS: usize = 8;
-        let sum: f32 = (0..POINTS)
-            .map(|i| {
-                let cos2 = (i as f32 + 0.5) / POINTS as f32;
-                let across = ((1.0 - cos2) / 2.0).sqrt();
-                self.base_transmittance(Vec3::new(across, across, cos2.sqrt()))
-            })
-            .sum();
-        (sum / POINTS as f32).max(1e-6)
+        if let Some(internal) = &self.internal_transmittance {
+            return self
+                .base_share(self.directional_albedo.mean_energy_loss(), internal.mean(fresnel.f0_f90()))
+                .max(1e-6);
+        }
+        // Beyond the critical angle all light is reflected, and the transmittance has a kink: both parts are integrated apart.
+        let critical_cos2 = match fresnel {
+            Fresnel::Schlick { eta: Some(eta), .. } => 1.0 - eta * eta,
+            _ => 0.0,
+        };
+        let at = |cos2: f32| {
+            let across = ((1.0 - cos2) / 2.0).max(0.0).sqrt();
+            self.base_transmittance(Vec3::new(across, across, cos2.sqrt()))
+        };
+        let (mut beyond, mut within) = (0.0, 0.0);
+        for (point, weight) in GAUSS_LEGENDRE {
+            // Squared, since the transmittance is a polynomial in the cosine, and within the critical angle in that of the
+            // refracted ray.
+            let (square, weight) = (point * point, 2.0 * weight * point);
+            within += weight * at(critical_cos2 + (1.0 - critical_cos2) * square);
+            if critical_cos2 > 0.0 {
+                beyond += weight * at(critical_cos2 * square);
+            }
+        }
+        (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
     }
 
     /// The fractions of light that the coat and the sheen pass on the way in and out.
@@ -193,8 +242,11 @@ impl<'a> LayeredBsdf<'a> {
     fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
+        // Radiance scales with the squared index, as for refraction: light that enters one way and leaves the other keeps its
+        // energy.
+        let scale = 1.0 / (stack.eta * stack.eta);
         let mut eval = BsdfEval {
-            value: stack.diffuse_transmission * self.eval_base(mirrored) + self.eval_multiscatter(wi),
+            value: stack.diffuse_transmission * (self.eval_base(mirrored) * scale) + self.eval_multiscatter(wi),
             pdf: cosine_hemisphere_pdf(-wi.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {

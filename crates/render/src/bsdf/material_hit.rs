@@ -90,6 +90,12 @@ impl<'a> MaterialHit<'a> {
         self.geometry.mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
     }
 
+    /// The mapped normal of layers that mirror: the mirror direction stays above the surface.
+    #[inline]
+    pub fn mapped_mirror_normal(&self) -> Option<Vec3> {
+        self.mapped_normal().map(|normal| self.unmapped_frame.keep_mirror_above(normal))
+    }
+
     /// The albedo table of the rough interface, for the path's colour channel.
     pub fn dielectric_albedo(&self) -> Option<&'a DielectricAlbedo> {
         let tables = &self.material.dielectric_tables;

@@ -95,7 +95,8 @@ fn clearcoat(p: &Principled, hit: &MaterialHit) -> Option<Clearcoat> {
     let frame = &hit.unmapped_frame;
     let mapped = || {
         let map = p.clearcoat_normal?;
-        hit.geometry.mapped_normal(&map, hit.hit, hit.footprint, frame.normal, hit.is_front)
+        let normal = hit.geometry.mapped_normal(&map, hit.hit, hit.footprint, frame.normal, hit.is_front);
+        normal.map(|normal| frame.keep_mirror_above(normal))
     };
     (weight > 0.0).then(|| Clearcoat {
         weight,

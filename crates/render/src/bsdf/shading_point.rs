@@ -27,7 +27,8 @@ impl<'a> Bsdf<'a> {
     pub fn new(hit: &MaterialHit<'a>) -> (Self, ShadingFrame) {
         let material = &hit.material.material;
         let mut frame = hit.unmapped_frame;
-        if let Some(normal) = hit.mapped_normal() {
+        let is_phong = matches!(material.model, MaterialModel::Phong { .. });
+        if let Some(normal) = if is_phong { hit.mapped_normal() } else { hit.mapped_mirror_normal() } {
             frame = frame.with_shading_normal(normal, None);
         }
         let tangent = match &material.model {

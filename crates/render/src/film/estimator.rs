@@ -99,11 +99,6 @@ impl PixelEstimator {
         (1.0 - f64::from(self.misses[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
-    /// Number of samples.
-    pub fn samples(&self, pixel: usize) -> u32 {
-        self.count[pixel]
-    }
-
     /// Estimated standard error of the mean luminance; infinite below two samples.
     pub fn error(&self, pixel: usize) -> f32 {
         let count = self.count[pixel];

@@ -12,8 +12,8 @@ pub(crate) struct CameraRayBatch<'a> {
     pub scene: &'a Scene,
     /// Scene-local origins.
     pub origins: &'a [DVec3],
-    /// The cone of every ray.
-    pub ray_cone: RayCone,
+    /// Cones of the pixels.
+    pub ray_cones: &'a [RayCone],
     /// Unit directions.
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],

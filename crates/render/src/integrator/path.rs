@@ -77,7 +77,7 @@ impl PathScratch {
             interior_list: InteriorList::default(),
             wavelength_channel: None,
             eta_scale: 1.0,
-            ray_cone: batch.ray_cone,
+            ray_cone: batch.ray_cones[ray_index],
         });
         self.paths.extend(paths);
         self.hits.clear();

@@ -9,7 +9,6 @@ use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
-use crate::interaction::ray_cone::Footprint;
 use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
@@ -285,12 +284,14 @@ impl PathTracer<'_> {
     pub fn add_emission(&self, path: &PathState, material: &Material, hit: &Hit, distance: f64, out: &mut Vec3) {
         let (geometry, direction) = (self.geometry, path.direction);
         if path.specular_bounce && material.model.is_unlit() {
-            *out += path.throughput * geometry.base_color(hit, &Footprint::default());
+            let footprint = geometry.footprint(hit, direction, &path.ray_cone);
+            *out += path.throughput * geometry.base_color(hit, &footprint);
         }
         if material.emission.value == [0.0; 3] {
             return;
         }
-        let emitted = geometry.emission(hit, direction);
+        let footprint = geometry.footprint(hit, direction, &path.ray_cone);
+        let emitted = geometry.emission(hit, direction, &footprint);
         if emitted != Vec3::ZERO {
             let pdf =
                 self.lights.emission_pdf(&path.prev_context, path.light_sampling, geometry, hit, direction, distance);

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::requirements::effective_lights;
-use crate::interaction::ray_cone::Footprint;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
 
@@ -16,13 +15,14 @@ pub(crate) fn radiance(
     is_background: &mut [bool],
 ) {
     let lights = effective_lights(Integrator::Flat, world);
-    let rays = batch.hits.iter().zip(batch.directions);
-    for ((hit, &direction), (radiance, is_background)) in rays.zip(radiance.iter_mut().zip(is_background)) {
+    let rays = batch.hits.iter().zip(batch.directions).zip(batch.ray_cones);
+    for (((hit, &direction), cone), (radiance, is_background)) in rays.zip(radiance.iter_mut().zip(is_background)) {
         *is_background = is_miss(hit);
         *radiance = if *is_background {
             lights.escaped_radiance(direction, None)
         } else {
-            world.geometry.base_color(hit, &Footprint::default())
+            let footprint = world.geometry.footprint(hit, direction, &cone.propagate(hit.t));
+            world.geometry.base_color(hit, &footprint)
         };
     }
 }

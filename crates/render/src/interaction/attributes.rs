@@ -4,10 +4,11 @@ use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, TextureSlot};
 
-use crate::interaction::ray_cone::Footprint;
+use crate::interaction::ray_cone::{Footprint, RayCone};
 use crate::interaction::vector::normalize_facing;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
+use crate::prepare::texture::TexelWeight;
 
 impl Geometry {
     /// Material of a hit triangle.
@@ -67,7 +68,8 @@ impl Geometry {
         if let Some(colors) = &mesh.vertex_colors {
             color *= interpolate(mesh.triangles[triangle].map(|i| colors[i as usize].into()), hit);
         }
-        if let Some(texel) = material.texture.and_then(|slot| self.filtered_texel(&slot, hit, footprint)) {
+        let weight = if material.alpha == Alpha::Opaque { TexelWeight::Uniform } else { TexelWeight::Alpha };
+        if let Some(texel) = material.texture.and_then(|slot| self.weighted_texel(&slot, hit, footprint, weight)) {
             color *= Vec3::from_slice(&texel);
         }
         color
@@ -95,7 +97,7 @@ impl Geometry {
     }
 
     /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit from their front alone.
-    pub(crate) fn emission(&self, hit: &Hit, direction: Vec3) -> Vec3 {
+    pub(crate) fn emission(&self, hit: &Hit, direction: Vec3, footprint: &Footprint) -> Vec3 {
         let material = &self.material(hit).material;
         if material.emission.value == [0.0; 3] {
             return Vec3::ZERO;
@@ -109,21 +111,41 @@ impl Geometry {
             }
         }
         let texture = material.emission.texture;
-        let texel = texture.and_then(|slot| self.texel(&slot, hit));
+        let texel = texture.and_then(|slot| self.filtered_texel(&slot, hit, footprint));
         Vec3::from(material.emission.value) * texel.map_or(Vec3::ONE, |t| Vec3::from_slice(&t))
+    }
+
+    /// Footprint of a cone at a hit; a point in a world without textures.
+    pub(crate) fn footprint(&self, hit: &Hit, direction: Vec3, cone: &RayCone) -> Footprint {
+        if self.textures.is_empty() || cone.width <= 0.0 {
+            return Footprint::default();
+        }
+        Footprint::new(self.corners(hit.instance, hit.triangle), direction, cone.width)
     }
 
     /// Texture value at a hit, linear; `None` if the mesh lacks the texture coordinates.
     pub(crate) fn texel(&self, slot: &TextureSlot, hit: &Hit) -> Option<[f32; 4]> {
         let weights = [hit.u, hit.v].map(f64::from);
         let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
-        Some(self.textures[slot.texture].lookup(slot.coordinates(uv)))
+        Some(self.textures[slot.texture].lookup(slot.coordinates(uv), TexelWeight::Uniform))
     }
 
     /// Mean texture value over a ray's footprint.
     pub(crate) fn filtered_texel(&self, slot: &TextureSlot, hit: &Hit, footprint: &Footprint) -> Option<[f32; 4]> {
+        self.weighted_texel(slot, hit, footprint, TexelWeight::Uniform)
+    }
+
+    /// Mean texture value over a ray's footprint, with a weight of the texels.
+    fn weighted_texel(
+        &self,
+        slot: &TextureSlot,
+        hit: &Hit,
+        footprint: &Footprint,
+        weight: TexelWeight,
+    ) -> Option<[f32; 4]> {
         if footprint.is_point() {
-            return self.texel(slot, hit);
+            let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, [hit.u, hit.v].map(f64::from))?;
+            return Some(self.textures[slot.texture].lookup(slot.coordinates(uv), weight));
         }
         let corner = |weights| {
             let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
@@ -132,7 +154,7 @@ impl Geometry {
         let corners = [corner([0.0, 0.0])?, corner([1.0, 0.0])?, corner([0.0, 1.0])?];
         let uv = corner([hit.u, hit.v].map(f64::from))?;
         let axes = footprint.in_texture(corners);
-        Some(self.textures[slot.texture].mean(uv.to_array(), axes))
+        Some(self.textures[slot.texture].mean(uv.to_array(), axes, weight))
     }
 
     /// Texture coordinates of a set at the weights of a triangle's second and third vertex; `None` if the mesh has

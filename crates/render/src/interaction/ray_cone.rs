@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
+use raycam_scene::camera::Pinhole;
 
 /// Width of a ray along its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,18 +20,74 @@ pub(crate) struct Footprint {
     axes: [Vec2; 2],
 }
 
-impl RayCone {
-    /// Cone of one of a pixel's samples, measured in the image centre, at least a quarter of a pixel wide.
-    pub fn for_pixel(camera: &Camera, samples: u32) -> Self {
-        let middle = DVec2::from(camera.size().map(f64::from)) / 2.0;
-        let [(o, d), (o1, d1)] = [0.0, 1.0].map(|x| camera.ray(middle + DVec2::new(x, 0.0)));
-        let share = (1.0 / f64::from(samples).sqrt()).max(0.25);
-        let finite = |v: f64| {
-            if v.is_finite() { (v * share) as f32 } else { 0.0 }
-        };
-        Self { width: finite((o1 - o).length()), spread: finite((d1 - d).length()) }
+/// Cones of a camera's pixels.
+#[derive(Clone, Debug)]
+pub(crate) struct PixelCones<'a> {
+    /// `None` for a world without textures, which needs no cones.
+    camera: Option<&'a Camera>,
+    pinhole: Option<Pinhole>,
+    share: f64,
+}
+
+/// Side in pixels of the squares of an image that share a cone, for cameras other than pinholes.
+const CONE_SQUARE: u32 = 4;
+
+/// Width of a sample's cone as a fraction of its pixel: at least a quarter.
+pub(crate) fn sample_share(samples: u32) -> f64 {
+    (1.0 / f64::from(samples).sqrt()).max(0.25)
+}
+
+impl<'a> PixelCones<'a> {
+    pub fn new(camera: &'a Camera, samples: u32, has_textures: bool) -> Self {
+        let camera = has_textures.then_some(camera);
+        Self { camera, pinhole: camera.and_then(Camera::pinhole), share: sample_share(samples) }
     }
 
+    /// Sets the cones of the pixels, of which equal ones are consecutive.
+    pub fn of_pixels(&self, pixels: impl Iterator<Item = [u32; 2]>, cones: &mut Vec<RayCone>) {
+        cones.clear();
+        let Some(camera) = self.camera else {
+            cones.extend(pixels.map(|_| RayCone::default()));
+            return;
+        };
+        let mut last = None;
+        cones.extend(pixels.map(|pixel| {
+            let at = match self.pinhole {
+                Some(_) => pixel,
+                None => pixel.map(|x| x - x % CONE_SQUARE + CONE_SQUARE / 2),
+            };
+            match last {
+                Some((known, cone)) if known == at => cone,
+                _ => {
+                    let cone = self.cone(camera, at);
+                    last = Some((at, cone));
+                    cone
+                }
+            }
+        }));
+    }
+
+    /// The cone of a pixel: as wide as the geometric mean of its sides, which have different lengths away from the centre.
+    fn cone(&self, camera: &Camera, [x, y]: [u32; 2]) -> RayCone {
+        let center = camera.pixel_center_of(x, y);
+        let ray = |offset: DVec2| match &self.pinhole {
+            Some(pinhole) => (pinhole.center, pinhole.direction(center + offset)),
+            None => camera.ray(center + offset),
+        };
+        let (origin, direction) = ray(DVec2::ZERO);
+        let sides = [DVec2::X, DVec2::Y].map(|side| {
+            let (o, d) = ray(side);
+            [(o - origin).length(), (d - direction).length()]
+        });
+        let mean = |which: usize| {
+            let mean = (sides[0][which] * sides[1][which]).sqrt() * self.share;
+            if mean.is_finite() { mean as f32 } else { 0.0 }
+        };
+        RayCone { width: mean(0), spread: mean(1) }
+    }
+}
+
+impl RayCone {
     /// Cone after a distance.
     pub fn propagate(&self, distance: f32) -> Self {
         Self { width: self.width + self.spread * distance, ..*self }

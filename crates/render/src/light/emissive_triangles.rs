@@ -7,6 +7,7 @@ use raycam_bvh::Hit;
 use raycam_scene::Material;
 
 use crate::interaction::LightSampleContext;
+use crate::interaction::ray_cone::Footprint;
 use crate::light::bounds::LightBounds;
 use crate::light::samples::LightLiSample;
 use crate::light::tree::LightTree;
@@ -148,7 +149,7 @@ impl EmissiveTriangles {
         let distance = offset.length();
         let direction = offset / distance;
         let hit = Hit { t: distance as f32, u, v, instance, triangle };
-        let radiance = world.emission(&hit, direction.as_vec3()) * world.opacity(&hit);
+        let radiance = world.emission(&hit, direction.as_vec3(), &Footprint::default()) * world.opacity(&hit);
         let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction, distance);
         if radiance == Vec3::ZERO {
             return None;
@@ -198,7 +199,7 @@ fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<Li
             let [u, v] = place(i);
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let hit = Hit { t: 0.0, u, v, instance, triangle };
-            world.emission(&hit, front_direction(world, instance, normal))
+            world.emission(&hit, front_direction(world, instance, normal), &Footprint::default())
         };
         (0..MEASURE_GRID * MEASURE_GRID).map(at).sum::<Vec3>() / (MEASURE_GRID * MEASURE_GRID) as f32
     } else {

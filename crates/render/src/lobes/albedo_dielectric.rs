@@ -11,6 +11,7 @@ use crate::lobes::albedo_grid::{
     COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean, mean_over_visible_normals,
     roughness_row, table_position,
 };
+use crate::lobes::albedo_internal::{InternalTransmittance, InternalTransmittanceTable};
 use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
@@ -33,6 +34,8 @@ pub(crate) struct DielectricAlbedo {
     ior: f32,
     fresnel_model: FresnelModel,
     rows: [OnceLock<Box<DielectricAlbedoRow>>; ROUGHNESS_ROWS],
+    /// Transmittance from the denser side.
+    internal_transmittance: InternalTransmittanceTable,
 }
 
 /// The albedo at one roughness, for light from outside and from inside.
@@ -59,7 +62,8 @@ pub(crate) struct EnergyLoss<'a> {
 impl DielectricAlbedo {
     /// `ior` is the index of the inside relative to the outside.
     pub fn new(ior: f32, curve: FresnelModel) -> Self {
-        Self { ior, fresnel_model: curve, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS] }
+        let internal_transmittance = InternalTransmittanceTable::new(ior.min(1.0 / ior));
+        Self { ior, fresnel_model: curve, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS], internal_transmittance }
     }
 
     /// True if this table is that of an interface with this relative index.
@@ -73,6 +77,11 @@ impl DielectricAlbedo {
         EnergyLoss { rows: [row(low), row(low + 1)], fraction: between, fresnel_model: self.fresnel_model }
     }
 
+    /// The transmittance from the denser side.
+    pub(crate) fn internal_transmittance(&self, ggx: &Ggx) -> InternalTransmittance<'_> {
+        self.internal_transmittance.at_roughness(ggx)
+    }
+
     fn row(&self, row: usize) -> DielectricAlbedoRow {
         let ggx = ggx_of_row(row);
         DielectricAlbedoRow([self.ior, 1.0 / self.ior].map(|eta| {
@@ -80,10 +89,9 @@ impl DielectricAlbedo {
             for (column, kept) in kept.iter_mut().enumerate() {
                 *kept = self.side_albedo(&ggx, eta, cosine_of_column(column));
             }
-            let kept_mean = |term: usize| {
-                let of = |part: usize| hemisphere_mean(&kept.map(|parts| parts[part][term]));
-                of(0) + of(1)
-            };
+            let [reflected, refracted] =
+                [0, 1].map(|part| [0, 1, 2].map(|term| hemisphere_mean(&kept.map(|parts| parts[part][term]))));
+            let kept_mean = |term: usize| reflected[term] + refracted[term];
             SideAlbedo { mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)], albedo: kept }
         }))
     }

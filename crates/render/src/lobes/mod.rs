@@ -10,6 +10,7 @@
 pub(crate) mod albedo_anisotropic;
 pub(crate) mod albedo_dielectric;
 pub(crate) mod albedo_grid;
+pub(crate) mod albedo_internal;
 pub(crate) mod albedo_tables;
 pub(crate) mod classify;
 pub(crate) mod clearcoat;

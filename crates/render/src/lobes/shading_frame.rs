@@ -66,6 +66,33 @@ impl ShadingFrame {
         }
     }
 
+    /// A mapped normal, tilted towards the geometric normal just enough for the mirror direction of `wo` to lie above the
+    /// surface. Otherwise, light that the normal map reflects into the surface would be lost.
+    ///
+    /// In the plane of both normals, with angles from the geometric normal, the mirror direction of `wo` at angle phi about a
+    /// normal at angle a has the angle 2 a - phi. Its height is lowest allowed at an angle psi, so the largest a is
+    /// (phi + psi) / 2: the bisector of both directions.
+    #[inline]
+    pub fn keep_mirror_above(&self, normal: Vec3) -> Vec3 {
+        /// Smallest cosine between the mirror direction and the geometric normal, and as a fraction of that of `wo`.
+        const MIN_COSINE: f32 = 0.01;
+        const MAX_FRACTION: f32 = 0.9;
+        let (along, up) = (normal.dot(self.geometric), self.wo.dot(self.geometric));
+        let min_height = MIN_COSINE.min(MAX_FRACTION * up).max(0.0);
+        if along > 0.0 && 2.0 * normal.dot(self.wo) * along - up >= min_height {
+            return normal;
+        }
+        let Some(tilt) = (normal - self.geometric * along).try_normalize() else {
+            return self.geometric;
+        };
+        let across = self.wo.dot(tilt);
+        let length = across.hypot(up);
+        let mirrored = (length * length - min_height * min_height).max(0.0).sqrt();
+        // Both directions have the same length.
+        let bisector = tilt * (across + mirrored) + self.geometric * (up + min_height);
+        bisector.try_normalize().unwrap_or(self.geometric)
+    }
+
     #[inline(always)]
     fn with_axes(&self, normal: Vec3, tangent: Vec3) -> Self {
         Self { normal, tangent, bitangent: normal.cross(tangent), ..*self }
@@ -134,6 +161,37 @@ pub(crate) fn cosine_hemisphere_pdf(cosine: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn mirror_directions_of_mapped_normals_stay_above_the_surface() {
+        let direction = |elevation: f32, azimuth: f32| {
+            let ((sin, cos), (s, c)) = (elevation.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
+            Vec3::new(cos * c, cos * s, sin)
+        };
+        let mirror = |normal: Vec3, wo: Vec3| (2.0 * normal.dot(wo) * normal - wo).z;
+        for wo in [1.0, 3.0, 10.0, 30.0, 60.0, 90.0].map(|elevation| direction(elevation, 0.0)) {
+            let frame = ShadingFrame::new(Vec3::Z, Vec3::Z, wo);
+            let min_height = 0.01f32.min(0.9 * wo.z);
+            for normal in
+                (0..18).flat_map(|i| [-20.0, 5.0, 30.0, 50.0, 80.0, 89.9].map(|up| direction(up, 20.0 * i as f32)))
+            {
+                let found = frame.keep_mirror_above(normal);
+                assert!((found.length() - 1.0).abs() < 1e-5);
+                assert!(mirror(found, wo) > min_height - 1e-5, "{wo} {normal} {found}");
+                if normal.z > 0.0 && mirror(normal, wo) >= min_height {
+                    assert_eq!(found, normal);
+                    continue;
+                }
+                // The judge is a search: the steepest tilt in the plane of both normals that is allowed.
+                let tilt = (normal * Vec3::new(1.0, 1.0, 0.0)).normalize();
+                let of = |angle: f32| tilt * angle.sin() + Vec3::Z * angle.cos();
+                let allowed = (0..9000).map(|i| (i as f32 / 100.0).to_radians());
+                let steepest = allowed.take_while(|&angle| mirror(of(angle), wo) >= min_height - 1e-6).last();
+                let expected = of(steepest.unwrap());
+                assert!((found - expected).length() < 1e-3, "{wo} {normal}: {found}, expected {expected}");
+            }
+        }
+    }
 
     #[test]
     fn atan2_turns_inverts_sincos_turns() {

@@ -8,13 +8,17 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec2;
-use raycam_scene::{TexelFilter, Texture, TextureSampler, World};
+use raycam_scene::texture::AlphaMean;
+use raycam_scene::{Image, TexelFilter, Texture, TextureSampler, World};
 
 use crate::error::RenderError;
 use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
+/// Footprints up to this much wider than a texel are as wide as it, and ellipses up to this much longer than a whole
+/// number of lookups need no other one: the texel at whose centre a ray hits comes back exactly.
+const ROUNDING: f32 = 1.0 / 16.0;
 
 /// Texture, and its mip map once requested.
 #[derive(Debug)]
@@ -22,6 +26,17 @@ pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,
     /// Mip levels, the full image first.
     levels: OnceLock<Vec<Texture>>,
+    /// The same for [`TexelWeight::Alpha`]; `None` for an opaque image, where both are equal.
+    levels_by_alpha: OnceLock<Option<Vec<Texture>>>,
+}
+
+/// The weight of a texel's colour in lookups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TexelWeight {
+    /// All texels count alike.
+    Uniform,
+    /// Colours count in proportion to their alpha, which is the opacity: transparent texels do not show.
+    Alpha,
 }
 
 /// Prepares the textures of a world; `known` ones keep their mip maps. New ones are checked.
@@ -44,48 +59,67 @@ pub(crate) fn prepare_textures(
 
 impl PreparedTexture {
     pub fn new(texture: Arc<Texture>) -> Self {
-        Self { texture, levels: OnceLock::new() }
+        Self { texture, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
     /// Value at a point.
-    pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
-        self.texture.lookup(uv)
+    pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
+        lookup(&self.texture, uv, weight)
     }
 
     /// Mean over a footprint around a point, given by its axes.
-    pub fn mean(&self, uv: [f32; 2], axes: [Vec2; 2]) -> [f32; 4] {
+    pub fn mean(&self, uv: [f32; 2], axes: [Vec2; 2], weight: TexelWeight) -> [f32; 4] {
         let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
-        let [p, q] = axes.map(|axis| (axis * size).length());
-        let (long, major, minor) = if p >= q { (axes[0], p, q) } else { (axes[1], q, p) };
+        let (long, minor) = principal_axes(axes.map(|axis| axis * size));
+        let (major, long) = (long.length(), long / size);
         // Non-finite coordinates are left to the texture's sampler.
-        if self.texture.sampler.mip.is_none() || !(major > 1.0 && major.is_finite()) {
-            return self.lookup(uv);
+        if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
+            return self.lookup(uv, weight);
         }
-        let count = (major / minor.max(1.0)).ceil().clamp(1.0, MAX_ANISOTROPY);
+        let count = (major / minor.max(1.0) - ROUNDING).ceil().clamp(1.0, MAX_ANISOTROPY);
         let level = minor.max(major / count).max(1.0).log2();
-        let mut sum = [0.0; 4];
+        let (mut sum, mut by_alpha) = ([0.0; 4], AlphaMean::default());
         for i in 0..count as u32 {
             let at = Vec2::from(uv) + long * ((i as f32 + 0.5) / count - 0.5);
-            let texel = self.trilinear(at.to_array(), level);
-            for (sum, value) in sum.iter_mut().zip(texel) {
-                *sum += value / count;
+            let texel = self.trilinear(at.to_array(), level, weight);
+            match weight {
+                TexelWeight::Uniform => sum.iter_mut().zip(texel).for_each(|(sum, value)| *sum += value / count),
+                TexelWeight::Alpha => by_alpha.add(texel, 1.0 / count),
             }
         }
-        sum
+        if weight == TexelWeight::Alpha { by_alpha.texel() } else { sum }
     }
 
     /// Trilinear lookup between mip levels.
-    fn trilinear(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
-        let levels = self.levels.get_or_init(|| mip_levels(&self.texture));
+    fn trilinear(&self, uv: [f32; 2], level: f32, weight: TexelWeight) -> [f32; 4] {
+        let levels = self.levels(weight);
         let last = levels.len() - 1;
         let first = (level as usize).min(last);
-        let fine = levels[first].lookup(uv);
+        let fine = lookup(&levels[first], uv, weight);
         let between = level - first as f32;
         if first == last || between <= 0.0 {
             return fine;
         }
-        let coarse = levels[first + 1].lookup(uv);
+        let coarse = lookup(&levels[first + 1], uv, weight);
+        if weight == TexelWeight::Alpha && fine[3] != coarse[3] {
+            let mut mean = AlphaMean::default();
+            mean.add(fine, 1.0 - between);
+            mean.add(coarse, between);
+            return mean.texel();
+        }
         [0, 1, 2, 3].map(|i| fine[i] + (coarse[i] - fine[i]) * between)
+    }
+
+    fn levels(&self, weight: TexelWeight) -> &[Texture] {
+        let plain = || self.levels.get_or_init(|| mip_levels(&self.texture, self.texture.image.mip_map()));
+        if weight == TexelWeight::Uniform {
+            return plain();
+        }
+        let image = &self.texture.image;
+        let by_alpha = self
+            .levels_by_alpha
+            .get_or_init(|| (!image.is_opaque()).then(|| mip_levels(&self.texture, image.mip_map_by_alpha())));
+        by_alpha.as_ref().unwrap_or_else(|| plain())
     }
 }
 
@@ -98,15 +132,34 @@ impl BuiltPart for PreparedTexture {
 }
 
 /// Mip map with bilinear filtering.
-fn mip_levels(texture: &Texture) -> Vec<Texture> {
+fn mip_levels(texture: &Texture, levels: Vec<Arc<Image>>) -> Vec<Texture> {
     let sampler = TextureSampler { magnification: TexelFilter::Linear, ..texture.sampler };
-    let levels = texture.image.mip_map().into_iter();
-    levels.map(|image| Texture { image, sampler }).collect()
+    levels.into_iter().map(|image| Texture { image, sampler }).collect()
+}
+
+fn lookup(texture: &Texture, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
+    match weight {
+        TexelWeight::Uniform => texture.lookup(uv),
+        TexelWeight::Alpha => texture.lookup_by_alpha(uv),
+    }
+}
+
+/// The long axis of an ellipse with these conjugate diameters, and the length of the short axis: the singular value
+/// decomposition of a 2 x 2 matrix.
+fn principal_axes([a, b]: [Vec2; 2]) -> (Vec2, f32) {
+    let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
+    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
+    let square = mean + half.hypot(xy);
+    // Of the two columns of the projection onto the long axis, the longer one.
+    let direction = if half >= 0.0 { Vec2::new(square - yy, xy) } else { Vec2::new(xy, square - xx) };
+    let major = square.sqrt();
+    // Without cancellation: the product of both axes is the determinant.
+    (direction.try_normalize().unwrap_or(Vec2::X) * major, a.perp_dot(b).abs() / major)
 }
 
 #[cfg(test)]
 mod tests {
-    use raycam_scene::{Image, Texels};
+    use raycam_scene::Texels;
 
     use super::*;
 
@@ -123,9 +176,9 @@ mod tests {
             sampler: TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() },
         }));
         let at = [10.5 / 64.0, 20.5 / 64.0];
-        assert_eq!(texture.mean(at, [Vec2::splat(1e-4); 2])[0], 0.0);
+        assert_eq!(texture.mean(at, [Vec2::splat(1e-4); 2], TexelWeight::Uniform)[0], 0.0);
         for axes in [[Vec2::X * 0.2, Vec2::Y * 0.2], [Vec2::X * 0.4, Vec2::Y * 0.03]] {
-            let found = texture.mean(at, axes)[0];
+            let found = texture.mean(at, axes, TexelWeight::Uniform)[0];
             assert!((found - 0.5).abs() < 0.01, "{found}");
         }
     }

@@ -32,9 +32,10 @@ impl TileRenderer<'_> {
             scratch.lists.batch.extend((first..until).map(|sample| (0, sample)));
             self.trace_batch(self.world, scratch);
             let is_late = self.prepare_guiding(self.world, &scratch.lists.batch);
-            let RayBatchBuffers { hits, origins, directions, samplers, paths, .. } = &mut scratch.rays;
-            let (scene, ray_cone) = (self.scene, self.cone);
-            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, is_late };
+            let RayBatchBuffers { hits, origins, directions, cones, samplers, paths, .. } = &mut scratch.rays;
+            self.cones.of_pixels(std::iter::repeat_n(pixel, hits.len()), cones);
+            let (scene, ray_cones) = (self.scene, &**cones);
+            let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
             for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
                 sum += f64::from(found.radiance);
                 if found.radiance > brightest.radiance {

@@ -12,8 +12,10 @@
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
 pub(crate) mod needs;
+pub(crate) mod pilot;
 pub(crate) mod resolve;
 pub(crate) mod rolling_shutter;
+pub(crate) mod sample_plan;
 pub(crate) mod screen_mask;
 pub(crate) mod stats;
 
@@ -37,13 +39,14 @@ use crate::integrator;
 use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::path::PathScratch;
 use crate::integrator::requirements::{effective_lights, traces_secondary_rays};
-use crate::interaction::ray_cone::RayCone;
+use crate::interaction::ray_cone::{PixelCones, RayCone, sample_share};
 use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::filter::FilterSampler;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 use crate::tile_renderer::needs::RenderNeeds;
+use crate::tile_renderer::sample_plan::SamplePlan;
 use crate::tile_renderer::screen_mask::ScreenMask;
 use crate::tile_renderer::stats::RenderStats;
 
@@ -58,11 +61,13 @@ pub(crate) struct TileRenderer<'a> {
     pub settings: &'a Settings,
     pub needs: RenderNeeds,
     filter: FilterSampler,
-    /// Ray cone of a sample through the image centre.
-    cone: RayCone,
+    /// Ray cones of the pixels.
+    cones: PixelCones<'a>,
     /// Index of a pixel's first late sample of path guiding.
     first_late_sample: u32,
     pub stats: RenderStats,
+    /// The number of samples of every pixel; `None` if all pixels have the same.
+    plan: Option<&'a SamplePlan>,
     /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
@@ -96,6 +101,7 @@ struct RayBatchBuffers {
     /// Scene-local.
     origins: Vec<DVec3>,
     directions: Vec<Vec3>,
+    cones: Vec<RayCone>,
     samplers: Vec<Sampler>,
     /// Random numbers of the positions in the pixels.
     offsets: Vec<[f32; 2]>,
@@ -112,10 +118,6 @@ struct GroundTruthBuffers {
     pixel_worlds: Vec<Arc<PreparedWorld>>,
     row_worlds: RowWorlds,
 }
-
-/// Samples before the first adaptive stopping test; later tests follow at powers of two. Fewer samples do not estimate
-/// the error reliably.
-const FIRST_ADAPTIVE_CHECK: u32 = 64;
 
 /// Segments that a sample counts for in a closed room, at most.
 const MAX_SEGMENTS: u32 = 8;
@@ -160,9 +162,10 @@ impl<'a> TileRenderer<'a> {
             settings,
             needs,
             filter: FilterSampler::new(settings.filter),
-            cone: RayCone::for_pixel(camera, settings.samples),
+            cones: PixelCones::new(camera, settings.samples, !geometry.textures.is_empty()),
             first_late_sample: first_late_sample.unwrap_or(u32::MAX),
             stats: RenderStats::default(),
+            plan: None,
             screen_mask: None,
         };
         renderer.screen_mask = ScreenMask::new(&geometry.object_bounds, camera, region)
@@ -170,10 +173,16 @@ impl<'a> TileRenderer<'a> {
         renderer
     }
 
+    /// The renderer with a number of samples for every pixel.
+    pub fn with_plan(self, plan: Option<&'a SamplePlan>) -> Self {
+        Self { plan, ..self }
+    }
+
     /// Appends remarks about the samples for the user.
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<Notice>) {
         let pixels = u64::from(width) * u64::from(height);
-        self.stats.notices(self.settings, pixels, notices);
+        let pilot = self.plan.map(|plan| plan.pilot_samples);
+        self.stats.notices(self.settings, pilot, pixels, notices);
     }
 
     /// True if a frame of this many samples has the same texture filter and scene.
@@ -183,7 +192,7 @@ impl<'a> TileRenderer<'a> {
         let pays = |samples| self.world.geometry.flattening_pays(traced(samples));
         let is_flat = self.scene.is_single_level() && !self.world.geometry.scene.is_single_level();
         let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
-        let same_filter = || RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned);
+        let same_filter = || sample_share(samples) == sample_share(planned);
         same_scene && (self.world.geometry.textures.is_empty() || same_filter())
     }
 
@@ -216,35 +225,10 @@ impl<'a> TileRenderer<'a> {
         if !self.needs.samples {
             return Ok(());
         }
-        let samples = self.settings.samples;
-        let (mut taken, mut barrier) = (0, FIRST_ADAPTIVE_CHECK);
-        while taken < samples {
-            let until = match self.settings.noise_threshold {
-                Some(_) => barrier.min(samples),
-                None => samples,
-            };
-            self.add_samples(scratch, taken..until, control)?;
-            taken = until;
-            barrier = barrier.saturating_mul(2);
-            if let Some(noise) = self.settings.noise_threshold {
-                let ThreadScratch { lists: PixelLists { active, .. }, estimator, .. } = &mut *scratch;
-                // Each pixel stops by itself, so that the result does not depend on the tile.
-                active.retain(|&pixel| estimator.error(pixel) > noise);
-                if active.is_empty() {
-                    control.advance_by((samples - taken) as usize);
-                    break;
-                }
-            }
+        match self.plan {
+            Some(plan) => self.add_planned_samples(plan, scratch, control),
+            None => self.add_samples(scratch, 0..self.settings.samples, control),
         }
-        if let Some(noise) = self.settings.noise_threshold {
-            let pixels = 0..scratch.lists.pixels.len();
-            let estimator = &scratch.estimator;
-            let samples = pixels.map(|pixel| u64::from(estimator.samples(pixel))).sum();
-            let noisy = |&&pixel: &&usize| estimator.error(pixel) > noise;
-            let noisy_pixels = scratch.lists.active.iter().filter(noisy).count() as u64;
-            self.stats.add_samples(samples, noisy_pixels);
-        }
-        Ok(())
     }
 
     /// Resumes a tile of an earlier round.
@@ -347,14 +331,17 @@ impl<'a> TileRenderer<'a> {
         if !self.needs.color {
             return Ok(());
         }
-        let RayBatchBuffers { hits, origins, directions, samplers, paths, radiance, misses, .. } = &mut scratch.rays;
+        let RayBatchBuffers { hits, origins, directions, cones, samplers, paths, radiance, misses, .. } =
+            &mut scratch.rays;
+        let PixelLists { pixels, batch, .. } = &scratch.lists;
+        self.cones.of_pixels(batch.iter().map(|&(at, _)| pixels[at]), cones);
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
         misses.clear();
         misses.resize(hits.len(), false);
         let is_late = self.prepare_guiding(world, &scratch.lists.batch);
-        let (scene, ray_cone) = (self.scene_of(world), self.cone);
-        let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers, is_late };
+        let (scene, ray_cones) = (self.scene_of(world), &**cones);
+        let batch = CameraRayBatch { scene, ray_cones, origins, directions, hits, samplers, is_late };
         integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())

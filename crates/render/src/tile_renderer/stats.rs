@@ -32,12 +32,14 @@ impl RenderStats {
         self.noisy_pixels.fetch_add(unfinished, Ordering::Relaxed);
     }
 
-    /// Appends remarks about the samples of an image of this many pixels.
-    pub fn notices(&self, settings: &Settings, pixels: u64, notices: &mut Vec<Notice>) {
+    /// Appends notices about the samples of an image of this many pixels; `pilot` is the pilot's mean number of samples.
+    pub fn notices(&self, settings: &Settings, pilot: Option<u64>, pixels: u64, notices: &mut Vec<Notice>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        if let Some(noise) = settings.noise_threshold {
+        if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {
             let mean = of(&self.samples) / pixels;
-            let message = format!("noise_threshold = {noise} took {mean} samples per pixel on average");
+            let message = format!(
+                "noise_threshold = {noise} took {mean} samples per pixel on average, and {pilot} to choose their number"
+            );
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));
             let noisy = of(&self.noisy_pixels);
             if noisy > 0 {

@@ -1,5 +1,6 @@
 //! One file for each concept of the crate.
 
+mod adaptive;
 mod amodal;
 mod bright_path;
 mod channel;

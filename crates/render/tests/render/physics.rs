@@ -1,6 +1,6 @@
 //! Closed forms of light transport.
 //!
-//! Each test of light has been seen to fail with a factor of 1.01 (or 1/1.01) put into the code that it guards:
+//! Each test failed when a factor of 1.01 (or 1/1.01) was inserted into the code that it tests:
 //!
 //! | factor | test that failed |
 //! |---|---|
@@ -11,21 +11,21 @@
 //! | sky, gradient, daylight, environment: radiance | `closed_form::sky_irradiance_equals_its_integral`, `daylight_...`, `environments_...` |
 //! | sky, panorama, cone, disk: density | `light::tests::density`: the integral is 1.01 |
 //! | cone, disk, rectangle: place of samples | `light::tests::density`: chi-squared |
-//! | light tree: probability of the draw; of a light | `tree::probabilities_add_up_...` |
+//! | light tree: probability of the draw; of a light | `tree::light_probabilities_...` |
 //! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
 //! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
-//! | opacity; survival in roulette | `path::opacity_blends_with_the_background`; `path::a_closed_sphere_...` |
-//! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
-//! | GGX: lambda, masking, its density, height and turn of its samples | `scatter::tests::density` |
-//! | GGX: masking of both directions; stretch of its samples | `furnace::a_white_furnace_...`; `the_page_says_...` |
-//! | multiple scattering: its colour; one reflection: the albedo that it leaves | `furnace::a_white_furnace_...` |
-//! | coat: value; what it takes from below | `scatter::coat::it_takes_what_it_reflects` |
-//! | sheen: value; its lobe, table and all | `scatter::sheen::fibres_are_as_dense_as_the_paper_has_them` |
-//! | sheen: value; what it leaves for below | `scatter::sheen::what_it_sends_back_...` |
-//! | film: value; the reflection below it | `scatter::film::a_thick_film_...` |
+//! | opacity; survival in roulette | `path::opacity_blends_with_the_background`; `path::closed_sphere_...` |
+//! | layers, Phong lobe: density | `bsdf::tests::density`: the integral is 1.01 |
+//! | GGX: lambda, masking, its density, height and turn of its samples | `bsdf::tests::density` |
+//! | GGX: masking of both directions; stretch of its samples | `furnace::white_furnace_...`; `documented_losses_...` |
+//! | multiple scattering: colour; single reflection: albedo | `furnace::white_furnace_...` |
+//! | coat: value; light lost below | `clearcoat::albedo_is_the_integral_of_the_reflectance` |
+//! | sheen: value; lobe and table | `sheen::the_lobe_matches_the_paper` |
+//! | sheen: value; light left for the layers below | `sheen::albedo_and_base_transmittance_add_up_to_one` |
+//! | film: value; the reflection below it | `thin_film::a_thick_film_...` |
 //! | layers: value times 1 + 0.01 cos(light) | `reciprocity::bsdf_values_are_reciprocal` |
 //! | mirror and refraction of smooth glass | `clear_objects_are_invisible_under_a_white_sky` |
-//! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorption_follows_beers_law` |
+//! | metal: Fresnel; absorption of glass | `smooth_metal_reflectance_follows_fresnel`, `glass_absorption_follows_beers_law` |
 //! | lights in `direct` alone; in `path` alone | `path::direct_is_path_of_one_bounce` |
 //! | radiance by the number of the thread | `path::the_same_bytes_on_any_number_of_threads` |
 //! | samples rejected but not counted | `direct::samples_beyond_float32_...` |

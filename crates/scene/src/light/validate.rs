@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::color::Rgb;
 use crate::error::{Result, SceneError};
 use crate::light::{FileRef, Light};
+use crate::up::Up;
 
 type Validated = Result<()>;
 
@@ -47,6 +48,23 @@ impl Light {
                 check_scale("an environment", *scale)
             }
         }
+    }
+
+    /// Checks that daylight has its sun above the horizon, the model's range.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] for a sun below the horizon.
+    pub(crate) fn check_sun_height(&self, up: Up) -> Validated {
+        let Self::Preetham { direction, .. } = self else { return Ok(()) };
+        let sine = -DVec3::from_array(*direction).normalize_or_zero().dot(up.axis());
+        if sine < -1e-6 {
+            return invalid(format!(
+                "daylight with the sun {:.1} degrees below the horizon; expected a sun above the horizon, because the model \
+                 has no dusk. Use a sky of low radiance instead",
+                -sine.asin().to_degrees()
+            ));
+        }
+        Ok(())
     }
 
     fn validate_spot(&self) -> Validated {

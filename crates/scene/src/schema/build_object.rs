@@ -110,7 +110,8 @@ impl ObjectSpec {
         files: &mut F,
     ) -> Result<Vec<usize>, BuildFailure<F::Error>> {
         let next = world.textures.len();
-        let (textures, bindings) = self.read_textures(&world.meshes[mesh], next, files)?;
+        let (textures, bindings, notices) = self.read_textures(&world.meshes[mesh], next, files)?;
+        world.notices.extend(notices);
         let originals = materials.iter().map(|&i| world.materials[i].clone());
         let mut changed: Vec<Material> = originals.collect();
         self.apply_material_all(&mut changed, &bindings, keys)?;

@@ -5,35 +5,40 @@ use std::sync::Arc;
 use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
+use crate::notice::{Notice, NoticeCode};
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Splat, Wraps};
 use crate::schema::spec::object::ObjectSpec;
 use crate::schema::spec::texture::{ImageSpec, TextureSpec, TextureTable};
 use crate::schema::texture_binding::TextureBinding;
-use crate::texture::{Image, Texels, Texture, TextureSampler, TextureSlot};
+use crate::texture::{ColorUse, Image, Texels, Texture, TextureSampler, TextureSlot};
 
 /// The textures that hold colours, in sRGB where they are 8-bit.
 const COLORS: [&str; 5] = ["texture", "emission", "specular_color", "sheen_color", "diffuse_transmission_color"];
 
 impl TextureSpec {
-    /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself.
+    /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself. Values that the key does
+    /// not allow are clamped, with a notice.
     pub(crate) fn read<F: AssetLoader>(
         &self,
         key: &'static str,
         wrap: Option<Wraps>,
         next: usize,
         files: &mut F,
+        notices: &mut Vec<Notice>,
     ) -> Result<(Texture, TextureBinding), BuildFailure<F::Error>> {
         let TextureSpec(table) = self;
         let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
         let image = match &table.image {
             ImageSpec::Texels(image) => image.clone(),
             ImageSpec::File(file) => {
-                files.texture(file, wrap).map_err(|error| BuildFailure::File(key.into(), error))?.image
+                let color_use = if COLORS.contains(&key) { ColorUse::Color } else { ColorUse::Data };
+                files.texture(file, wrap, color_use).map_err(|error| BuildFailure::File(key.into(), error))?.image
             }
         };
         let image = table.as_used(key, image)?;
         image.validate()?;
+        let image = clamp_to_range(key, image, notices);
         let translucent = key == "texture" && table.channel.is_none() && image.texels.has_alpha();
         let kept = files.store_texture(image);
         let texture = Texture {
@@ -102,14 +107,32 @@ impl TextureTable {
     }
 }
 
+/// The image with its values clamped to the range of a key: emission has no upper limit, all others are 0 to 1.
+fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
+    let Texels::Float(texels) = &image.texels else { return image };
+    let largest = if key == "emission" { f32::MAX } else { 1.0 };
+    let is_outside = |value: &&f32| !(0.0..=largest).contains(*value);
+    let mut outside = texels.as_flattened().iter().filter(is_outside);
+    let Some(first) = outside.next() else { return image };
+    let range = if key == "emission" { "0 or more" } else { "0 to 1" };
+    let count = 1 + outside.count();
+    let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
+    let message = format!(
+        "{count} values are clamped, for example {first}; expected {range}, as for the same key without a texture"
+    );
+    notices.push(Notice::about(NoticeCode::ClampedValue, format!("texture of {key}{name}"), message));
+    let texels = texels.iter().map(|texel| texel.map(|value| value.clamp(0.0, largest))).collect();
+    Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)))
+}
+
 fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
     for texel in texels {
         *texel = [texel[channel]; 4];
     }
 }
 
-/// Images, and where they go.
-type BoundTextures = (Vec<Texture>, Vec<TextureBinding>);
+/// Images, where they go, and notices.
+type BoundTextures = (Vec<Texture>, Vec<TextureBinding>, Vec<Notice>);
 
 impl ObjectSpec {
     /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
@@ -121,7 +144,7 @@ impl ObjectSpec {
     ) -> Result<BoundTextures, BuildFailure<F::Error>> {
         let base = self.texture.as_ref().map(|texture| ("texture", &**texture));
         let others = self.textures.as_ref().map(|textures| textures.given());
-        let (mut textures, mut puts) = (Vec::new(), Vec::new());
+        let (mut textures, mut puts, mut notices) = (Vec::new(), Vec::new(), Vec::new());
         for (key, texture) in base.into_iter().chain(others.into_iter().flatten()) {
             let path = match key {
                 "texture" => String::from(key),
@@ -135,7 +158,7 @@ impl ObjectSpec {
                 };
                 return Err(SceneError::schema(path, message).into());
             }
-            let read = texture.read(key, self.wrap, next + textures.len(), files);
+            let read = texture.read(key, self.wrap, next + textures.len(), files, &mut notices);
             let (texture, put) = read.map_err(|failure| match failure {
                 BuildFailure::Scene(error) => BuildFailure::Scene(error.in_context(&path)),
                 BuildFailure::File(_, error) => BuildFailure::File(path.clone(), error),
@@ -143,6 +166,6 @@ impl ObjectSpec {
             textures.push(texture);
             puts.push(put);
         }
-        Ok((textures, puts))
+        Ok((textures, puts, notices))
     }
 }

@@ -118,12 +118,11 @@ impl Mover {
         }
         if angles.iter().any(Option::is_some) {
             let [roll, pitch, yaw] = angles.map(Option::unwrap_or_default);
-            let rotation = rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
-            self.motion.rotation.push(time, DQuat::from_mat3(&rotation), interpolation);
+            self.motion.angles.push(time, DVec3::new(roll, pitch, yaw), interpolation);
         } else if key.location.is_none() && key.target.is_none() {
             return fail("", "it says nothing: give location, roll, pitch and yaw, or target".into());
         }
-        if !(self.motion.rotation.is_empty() || self.motion.target.is_empty()) {
+        if !(self.motion.angles.is_empty() || self.motion.target.is_empty()) {
             return fail("", "one mover has both angles and targets: give all its keyframes one of them".into());
         }
         Ok(())

@@ -246,14 +246,14 @@ impl ObjectSpec {
         if !has_material_keys(keys) && !colored {
             return Ok(None);
         }
-        let (textures, bindings) = self.read_textures(mesh, world.textures.len(), files)?;
+        let (textures, bindings, notices) = self.read_textures(mesh, world.textures.len(), files)?;
         let slots = &world.objects[id].materials;
         let mut materials: Vec<Material> = slots.iter().map(|&i| world.materials[i].clone()).collect();
         if colored {
             materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
         }
         self.apply_material_all(&mut materials, &bindings, keys)?;
-        let changed = ChangedMaterials { materials, textures, notices: Vec::new(), is_of_new_mesh: false };
+        let changed = ChangedMaterials { materials, textures, notices, is_of_new_mesh: false };
         changed.check()?;
         Ok(Some(changed))
     }

@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::color::linear_from_srgb;
 use crate::error::{Result, SceneError};
 use crate::texture::cache::paged::PagedTexels;
 use crate::texture::encoded::{ByteString, EncodedImage};
@@ -27,6 +28,15 @@ pub enum Texels {
     Paged(PagedTexels),
 }
 
+/// Use of an image. It decides how integers are read; images of floats are linear for any use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColorUse {
+    /// Colours, stored in sRGB.
+    Color,
+    /// Anything else (normals, roughness, occlusion), stored as it is.
+    Data,
+}
+
 impl From<ResidentTexels> for Texels {
     fn from(texels: ResidentTexels) -> Self {
         match texels {
@@ -39,6 +49,19 @@ impl From<ResidentTexels> for Texels {
 }
 
 impl Texels {
+    /// Linear texels of 16-bit colours in sRGB.
+    pub fn from_srgb16(mut texels: Vec<[u16; 4]>) -> Self {
+        static LINEAR: LazyLock<Vec<u16>> = LazyLock::new(|| {
+            let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
+            (0..=u16::MAX).map(|v| linear(v) as u16).collect()
+        });
+        let table = &*LINEAR;
+        for color in texels.iter_mut().flat_map(|texel| &mut texel[..3]) {
+            *color = table[usize::from(*color)];
+        }
+        Self::Linear16(texels)
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         match self {

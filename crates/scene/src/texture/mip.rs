@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::texture::cache::paged::PagedTexels;
 use crate::texture::image::{Image, Texels};
 use crate::texture::texel::TexelKind;
+use crate::texture::texel_weight::{AlphaMean, TexelWeight};
 
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.
@@ -12,39 +13,61 @@ impl Image {
     /// Images of 8 and 16 bits give 16, linear; floats give floats. Texels are the means of those that they cover, so
     /// that every level has the image's mean up to rounding.
     pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
+        self.levels(TexelWeight::Area)
+    }
+
+    /// [`Image::mip_map`] of an image whose alpha is the opacity: see [`Texture::lookup_by_alpha`](crate::Texture::lookup_by_alpha).
+    pub fn mip_map_by_alpha(self: &Arc<Self>) -> Vec<Arc<Image>> {
+        self.levels(TexelWeight::Alpha)
+    }
+
+    /// True if every texel has an alpha of 1.
+    pub fn is_opaque(&self) -> bool {
+        match &self.texels {
+            Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|texel| texel[3] == u8::MAX),
+            Texels::Linear16(texels) => texels.iter().all(|texel| texel[3] == u16::MAX),
+            Texels::Float(texels) => texels.iter().all(|texel| texel[3] == 1.0),
+            Texels::Paged(texels) => texels.is_opaque(),
+        }
+    }
+
+    fn levels(self: &Arc<Self>, weight: TexelWeight) -> Vec<Arc<Image>> {
         if let Texels::Paged(texels) = &self.texels {
             let level =
                 |texels| Arc::new(Image::new(self.name.clone(), PagedTexels::size(&texels), Texels::Paged(texels)));
-            return texels.mip_map().map(level).collect();
+            return texels.mip_map(weight).map(level).collect();
         }
         let mut levels = vec![self.clone()];
         let mut image = self;
-        while let Some(smaller) = image.halved() {
+        while let Some(smaller) = image.halved(weight) {
             levels.push(Arc::new(smaller));
             image = &levels[levels.len() - 1];
         }
         levels
     }
 
-    /// An image of half the size, each texel the mean of those that it covers: linear, so that no light is lost. None
-    /// of a single texel.
-    pub(super) fn halved(&self) -> Option<Image> {
+    /// Image of half the size, each texel the mean of the texels that it covers, in linear values. `None` for an image of a
+    /// single texel.
+    pub(super) fn halved(&self, weight: TexelWeight) -> Option<Image> {
         let [width, height] = self.size;
         if self.size == [1, 1] {
             return None;
         }
         let [w, h] = halved(self.size);
         let mean = |x: u32, y: u32| {
-            let mut sum = [0.0f32; 4];
+            let (mut sum, mut by_alpha) = ([0.0f32; 4], AlphaMean::default());
             for (row, share) in covered_texels(y, height, h) {
                 for (column, part) in covered_texels(x, width, w) {
                     let texel = self.texels.linear(row as usize * width as usize + column as usize);
+                    if weight == TexelWeight::Alpha {
+                        by_alpha.add(texel, share * part);
+                    }
                     for (sum, value) in sum.iter_mut().zip(texel) {
                         *sum += value * share * part;
                     }
                 }
             }
-            sum
+            if weight == TexelWeight::Alpha { by_alpha.texel() } else { sum }
         };
         let all = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
         let texels = match self.texels.kind().halved() {

@@ -7,6 +7,7 @@ mod mip;
 mod paging;
 pub(crate) mod serde_shared;
 pub(crate) mod texel;
+pub(crate) mod texel_weight;
 
 use std::sync::Arc;
 
@@ -14,10 +15,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 pub use self::encoded::{ByteString, EncodedImage};
-pub use self::image::{Image, Texels};
+pub use self::image::{ColorUse, Image, Texels};
 use crate::error::Result;
 pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};
+use crate::texture::texel::TexelQuad;
+pub use crate::texture::texel_weight::AlphaMean;
 
 /// The wrap mode of texture coordinates beyond 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
@@ -129,16 +132,50 @@ impl Texture {
     /// The value at texture coordinates (u right, v down), linear, with alpha; texel centres lie at half integers, and
     /// a texel at its centre comes back exactly. Interpolation is of linear values, as `magnification` says.
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
+        match self.fetch(uv) {
+            Fetched::Texel(texel) => texel,
+            Fetched::Quad(quad, fractions) => mix_quad(&quad, fractions),
+        }
+    }
+
+    /// [`Texture::lookup`] for a texture whose alpha is the opacity: colours are averaged in proportion to their alpha, so that
+    /// the colour of transparent texels, which is arbitrary, does not show at their edges (T. Porter and T. Duff, "Compositing
+    /// Digital Images", SIGGRAPH 1984). The returned colour is not multiplied by alpha.
+    pub fn lookup_by_alpha(&self, uv: [f32; 2]) -> [f32; 4] {
+        let (quad, fractions) = match self.fetch(uv) {
+            Fetched::Texel(texel) => return texel,
+            Fetched::Quad(quad, fractions) => (quad, fractions),
+        };
+        let plain = mix_quad(&quad, fractions);
+        let [u, v] = fractions;
+        let weights = [[(1.0 - u) * (1.0 - v), u * (1.0 - v)], [(1.0 - u) * v, u * v]];
+        let texels = || quad.iter().flatten().zip(weights.iter().flatten()).filter(|(_, weight)| **weight > 0.0);
+        let mut alphas = texels().map(|(texel, _)| texel[3]);
+        let first = alphas.next();
+        if alphas.all(|alpha| Some(alpha) == first) {
+            return plain;
+        }
+        let mut mean = AlphaMean::default();
+        texels().for_each(|(&texel, &weight)| mean.add(texel, weight));
+        mean.texel()
+    }
+
+    fn fetch(&self, uv: [f32; 2]) -> Fetched {
         let Image { size, texels, .. } = &*self.image;
         let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], size[axis], self.sampler.wrap[axis]));
         let width = size[0] as usize;
         if self.sampler.magnification == TexelFilter::Nearest {
-            return texels.linear(v.nearest() * width + u.nearest());
+            return Fetched::Texel(texels.linear(v.nearest() * width + u.nearest()));
         }
-        let [above, below] = texels.fetch_quad(width, u.texels, v.texels);
-        let row = |[left, right]: [[f32; 4]; 2]| mix(left, right, u.fraction);
-        mix(row(above), row(below), v.fraction)
+        Fetched::Quad(texels.fetch_quad(width, u.texels, v.texels), [u.fraction, v.fraction])
     }
+}
+
+/// The texels of a lookup.
+enum Fetched {
+    Texel([f32; 4]),
+    /// Four texels, row by row, and the fractions along u and v.
+    Quad(TexelQuad, [f32; 2]),
 }
 
 /// Between which two texels a coordinate lies along one axis, and how far from the first towards the second.
@@ -189,6 +226,11 @@ impl Wrap {
             }
         }) as usize
     }
+}
+
+fn mix_quad([above, below]: &TexelQuad, [u, v]: [f32; 2]) -> [f32; 4] {
+    let row = |[left, right]: &[[f32; 4]; 2]| mix(*left, *right, u);
+    mix(row(above), row(below), v)
 }
 
 fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {

@@ -1,6 +1,5 @@
 //! Images into the texture cache, and out of memory into its file.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -8,6 +7,7 @@ use crate::error::Result;
 use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
 use crate::texture::cache::{TextureCache, storage_error};
 use crate::texture::image::{Image, Texels};
+use crate::texture::texel_weight::TexelWeight;
 
 impl TextureCache {
     /// The image, counted, and paged where those kept so far do not fit with it.
@@ -33,16 +33,24 @@ impl TextureCache {
         if matches!(image.texels, Texels::Paged(_)) {
             return Ok(image.clone());
         }
-        let mut levels = Vec::new();
-        let mut next = Some(Cow::Borrowed(image));
-        while let Some(image) = next {
-            levels.push(self.write(&image)?);
-            next = image.halved().map(Cow::Owned);
+        let mut levels = vec![self.write(image)?];
+        let mut by_alpha = levels.clone();
+        let is_opaque = image.is_opaque();
+        for (weight, levels) in [(TexelWeight::Area, &mut levels), (TexelWeight::Alpha, &mut by_alpha)] {
+            if weight == TexelWeight::Alpha && is_opaque {
+                break;
+            }
+            let mut next = image.halved(weight);
+            while let Some(image) = next {
+                levels.push(self.write(&image)?);
+                next = image.halved(weight);
+            }
         }
+        let by_alpha = (!is_opaque).then_some(by_alpha);
         Ok(Image {
             name: image.name.clone(),
             size: image.size,
-            texels: Texels::Paged(PagedTexels::new(self.clone(), levels)),
+            texels: Texels::Paged(PagedTexels::new(self.clone(), levels, by_alpha)),
             encoded: image.encoded.clone(),
         })
     }

@@ -48,10 +48,13 @@ pub struct Video {
     pub(crate) rigs: Vec<(usize, KeyframedMotion)>,
 }
 
-/// Tracks of a moving camera, object or rig. `rotation` is world_from_body, body axes x forward, y left, z up.
+/// Tracks of a moving camera, object or rig. Rotations are world_from_body, body axes x forward, y left, z up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct KeyframedMotion {
     pub(crate) location: Track<DVec3>,
+    /// Roll, pitch and yaw in degrees. They are interpolated as numbers, so that 0 to 720 is two turns.
+    pub(crate) angles: Track<DVec3>,
+    /// Rotations of matrices, which turn the shorter way round.
     pub(crate) rotation: Track<DQuat>,
     pub(crate) target: Track<DVec3>,
     /// Diagonal and off-diagonal (yz, xz, xy) of an object's stretch, which replaces its scale and shear.
@@ -59,6 +62,16 @@ pub(crate) struct KeyframedMotion {
 }
 
 impl KeyframedMotion {
+    /// The rotation world_from_body at a time, if keyframes specify it.
+    pub(crate) fn rotation_at(&self, up: Up, time: f64) -> Option<DMat3> {
+        if let Some(angles) = self.angles.evaluate(time) {
+            return Some(
+                rotation::world_from_reference(up) * rotation::rotation_from_rpy(angles.x, angles.y, angles.z),
+            );
+        }
+        self.rotation.evaluate(time).map(DMat3::from_quat)
+    }
+
     /// The stretch at a time, if keyframes give it.
     pub(crate) fn stretch_at(&self, time: f64) -> Option<DMat3> {
         let [diagonal, rest] = &self.stretch;
@@ -142,13 +155,10 @@ impl Video {
                 Camera::look_at(eye, target, self.up.axis(), DMat3::IDENTITY, base.size(), base.pixel_center())?;
             return base.at_pose(facing.r(), eye);
         }
-        match (self.camera.rotation.evaluate(time), location) {
+        match (self.camera.rotation_at(self.up, time), location) {
             (None, None) => Ok(base.clone()),
             (None, Some(eye)) => base.at_pose(base.r(), eye),
-            (Some(rotation), _) => {
-                let body_from_world = DMat3::from_quat(rotation).transpose();
-                base.at_pose(rotation::CAMERA_FROM_BODY * body_from_world, eye)
-            }
+            (Some(world_from_body), _) => base.at_pose(rotation::CAMERA_FROM_BODY * world_from_body.transpose(), eye),
         }
     }
 }

@@ -35,7 +35,7 @@ impl Video {
             return rig.at_pose(Pose { r, c: moved.c() });
         };
         let c = motion.location.evaluate(time).unwrap_or(body.c);
-        let r = match (motion.target.evaluate(time), motion.rotation.evaluate(time)) {
+        let r = match (motion.target.evaluate(time), motion.rotation_at(self.up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::camera(format!(
@@ -44,7 +44,7 @@ impl Video {
                     ))
                 })?
                 .transpose(),
-            (None, Some(rotation)) => DMat3::from_quat(rotation).transpose(),
+            (None, Some(world_from_body)) => world_from_body.transpose(),
             (None, None) => body.r,
         };
         rig.at_pose(Pose { r, c })

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2};
+use glam::{DAffine3, DVec2};
 
 use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
@@ -153,7 +153,7 @@ impl KeyframedMotion {
     /// world_from_mesh of an object at a time.
     pub(crate) fn world_from_mesh_at(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3> {
         let location = self.location.evaluate(time).unwrap_or(object.world_from_mesh.translation);
-        let world_from_body = match (self.target.evaluate(time), self.rotation.evaluate(time)) {
+        let world_from_body = match (self.target.evaluate(time), self.rotation_at(up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
                 SceneError::world(format!(
                     "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
@@ -161,7 +161,7 @@ impl KeyframedMotion {
                     object.name
                 ))
             })?,
-            (None, Some(rotation)) => DMat3::from_quat(rotation),
+            (None, Some(world_from_body)) => world_from_body,
             (None, None) => return Ok(DAffine3 { translation: location, ..object.world_from_mesh }),
         };
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.

@@ -105,6 +105,7 @@ impl World {
     /// The errors of [`Light::validate`].
     pub fn add_light(&mut self, mut light: Light) -> Result<usize> {
         light.validate()?;
+        light.check_sun_height(self.up)?;
         self.notices.extend(light.clamp_negative_texels());
         self.lights.push(light);
         Ok(self.lights.len() - 1)

@@ -76,6 +76,7 @@ impl World {
     pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<()> {
         self.check_light(number)?;
         light.validate()?;
+        light.check_sun_height(self.up)?;
         self.notices.extend(light.clamp_negative_texels());
         self.lights[number] = light;
         self.change_tree(|tree| tree.lights.retain(|mount| mount.light != number));

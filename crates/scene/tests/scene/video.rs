@@ -120,30 +120,49 @@ fn two_smooth_keyframes_are_a_smoothstep() {
 }
 
 #[test]
-fn turns_take_the_shorter_way() {
-    // Wherever a quaternion has its sign.
-    for from in (-180..180).step_by(10) {
-        for turn in [-170, -60, 20, 170] {
+fn angles_are_interpolated_as_numbers() {
+    for from in [-400, -180, -10, 0, 90, 350] {
+        for turn in [-720, -360, -190, -60, 20, 180, 270, 360, 1000] {
             let keys = format!(r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#, from + turn);
-            let [_, _, yaw] = camera_at(&keyframes("linear", &keys), 0.25).roll_pitch_yaw(Up::Z);
-            let off = yaw - (f64::from(from) + 0.25 * f64::from(turn));
-            assert!((off / 360.0 - (off / 360.0).round()).abs() < 1e-11, "{from} {turn} {yaw}");
+            let world = keyframes("linear", &keys);
+            for time in [0.1, 0.25, 0.6] {
+                let [_, _, yaw] = camera_at(&world, time).roll_pitch_yaw(Up::Z);
+                let off = yaw - (f64::from(from) + time * f64::from(turn));
+                assert!((off / 360.0 - (off / 360.0).round()).abs() < 1e-11, "{from} {turn} {yaw}");
+            }
         }
     }
-    // Constant angular speed, whatever the axis.
-    let world = keyframes(
-        "linear",
-        r#"{ "time": 0, "roll": 10, "pitch": 20, "yaw": 30 }, { "time": 1, "roll": -50, "pitch": -40, "yaw": 140 }"#,
-    );
-    let turn = |a: f64, b: f64| {
-        let turn = camera_at(&world, b).r() * camera_at(&world, a).r().transpose();
-        ((turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0) / 2.0).acos()
+    // All three angles, of a camera and of an object.
+    let keys = |object: &str| {
+        format!(
+            r#"{{ {object} "time": 0, "roll": 10, "pitch": 20, "yaw": 30 }},
+               {{ {object} "time": 1, "roll": -50, "pitch": -40, "yaw": 440 }}"#
+        )
     };
-    let whole = turn(0.0, 1.0);
-    for i in 0..10 {
-        let t = f64::from(i) / 10.0;
-        assert!((turn(t, t + 0.1) - whole / 10.0).abs() < 1e-7);
-    }
+    let expected = [10.0 - 0.3 * 60.0, 20.0 - 0.3 * 60.0, 30.0 + 0.3 * 410.0];
+    let found = camera_at(&keyframes("linear", &keys("")), 0.3).roll_pitch_yaw(Up::Z);
+    assert!(found.into_iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?} {expected:?}");
+    let world = keyframes("linear", &keys(r#""object": "box","#)).at_video_time(0.3).unwrap();
+    let [roll, pitch, yaw] = expected.map(f64::to_radians);
+    let rotation = DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    let difference =
+        world.objects[0].world_from_mesh.matrix3 - rotation * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
+    assert!(difference.to_cols_array().iter().all(|v| v.abs() < 1e-12), "{difference}");
+}
+
+#[test]
+fn rotations_of_matrices_take_the_shorter_way() {
+    // 10 to 350 degrees about z: 20 degrees backwards.
+    let matrix = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        format!("[[{cos}, {}, 0, 0], [{sin}, {cos}, 0, 0], [0, 0, 1, 0]]", -sin)
+    };
+    let keys = [(0, 10.0), (1, 350.0)]
+        .map(|(time, degrees)| format!(r#"{{ "object": "box", "time": {time}, "matrix": {} }}"#, matrix(degrees)));
+    let world = keyframes("linear", &keys.join(", ")).at_video_time(0.25).unwrap();
+    let expected = DMat3::from_rotation_z(5f64.to_radians());
+    let difference = world.objects[0].world_from_mesh.matrix3 - expected;
+    assert!(difference.to_cols_array().iter().all(|v| v.abs() < 1e-12), "{difference}");
 }
 
 #[test]

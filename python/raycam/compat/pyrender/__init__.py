@@ -73,7 +73,7 @@ __all__ = [
 ]
 
 shading = "pyrender"
-"""The light of pictures: "pyrender", the formula of its default program, or "raycam", path traced by raycam itself."""
+"""The light of images: "pyrender", the formula of its default program, or "raycam", path traced by raycam itself."""
 
 SUBMODULES = {
     "camera": camera,

@@ -33,7 +33,7 @@ class Camera:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions [n, 3] in the camera of rays through places in the picture, in pixels from its corner.
+        """Origins and directions [n, 3] in the camera of rays through places in the image, in pixels from its corner.
 
         Directions have z = -1, so that t is depth.
         """
@@ -93,7 +93,7 @@ class PerspectiveCamera(Camera):
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         width, height = size
         tangent = np.tan(self.yfov / 2)
         aspect = self.aspectRatio or width / height
@@ -104,7 +104,7 @@ class PerspectiveCamera(Camera):
 class OrthographicCamera(Camera):
     """A camera of parallel rays that sees 2 `ymag` from top to bottom.
 
-    Across it sees what the shape of the picture makes of that, as in pyrender; 2 `xmag` is across a picture without a
+    Across it sees what the shape of the image makes of that, as in pyrender; 2 `xmag` is across an image without a
     size alone.
     """
 
@@ -133,7 +133,7 @@ class OrthographicCamera(Camera):
         return matrix
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         x = (2 * columns / size[0] - 1) * self.ymag * size[0] / size[1]
         y = (1 - 2 * rows / size[1]) * self.ymag
         starts = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -160,9 +160,9 @@ class IntrinsicsCamera(Camera):
         self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
 
     def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
-        """The matrix [4, 4] from camera to clip coordinates, for a picture of this size in pixels."""
+        """The matrix [4, 4] from camera to clip coordinates, for an image of this size in pixels."""
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         return _pinhole(columns, rows, (self.fx, self.fy), (self.cx, self.cy))

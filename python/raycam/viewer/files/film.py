@@ -26,7 +26,7 @@ LARGEST = (640, 480)
 FPS = {".mp4": 24.0, ".gif": 12.0}
 SAMPLES = 8
 Shots = Callable[[int], tuple["World", "Camera"]]
-"""The world and the camera of a picture by its number."""
+"""The world and the camera of an image by its number."""
 TELL = 0.5  # seconds between two reports
 
 

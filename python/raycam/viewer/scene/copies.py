@@ -35,7 +35,7 @@ def camera_table(camera: Camera) -> str:
 
 
 def render_command(file: Path | str, camera: Camera | str | None, options: Mapping[str, Any]) -> str:
-    """The lines of a shell that render a picture of `file` through a camera: a name, or one that is written first.
+    """The lines of a shell that render an image of `file` through a camera: a name, or one that is written first.
 
     `options` are those of `raycam render` by name; None is omitted, True is an option without a value. Without a
     camera, `raycam render` frames the world. A file below the folder of this

@@ -22,7 +22,7 @@ __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
 TOOLS = ("move", "turn", "scale")
 HANDLES = ("x", "y", "z", "all")
 COLORS = {**AXES, "all": "#ffffff"}
-LENGTH = 90.0  # pixels of an axis where the picture has no distortion
+LENGTH = 90.0  # pixels of an axis where the image has no distortion
 PIECES = 32
 LEAST, MOST = 0.01, 100.0  # factors of a drag
 EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the pointer's way
@@ -132,7 +132,7 @@ def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
 
 
 def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camera: Camera) -> Floats:
-    """The way of an object that follows the pointer: along an axis, or in the plane of the picture."""
+    """The way of an object that follows the pointer: along an axis, or in the plane of the image."""
     if handle != "all":
         axis = np.eye(3)[HANDLES.index(handle)]
         first, second = (_along(ray, center, axis) for ray in rays)

@@ -24,8 +24,8 @@ GRID_COLOR = "#9aa3b2"
 STEPS = 12
 """Pieces of an edge."""
 NARROW = 0.2
-"""The cosine at the picture's edge down to which a view ends in a plane."""
-FARTHEST = 1e5  # pixels beside the picture where a line ends
+"""The cosine at the image's edge down to which a view ends in a plane."""
+FARTHEST = 1e5  # pixels beside the image where a line ends
 
 
 def frusta(
@@ -88,7 +88,7 @@ def _round_length(length: float) -> float:
 
 
 def _edges(camera: Camera, length: float) -> list[Floats]:
-    """The edges [n, 3] of a camera's view: those of its picture at `length`, and those to its corners."""
+    """The edges [n, 3] of a camera's view: those of its image at `length`, and those to its corners."""
     still = camera.still()
     (width, height), corner = still.size, still.corner
     share = np.linspace(0, 1, STEPS + 1)[:-1]
@@ -108,7 +108,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
 
 
 def polylines(edges: list[Floats], seen: Camera) -> list[list[list[float]]]:
-    """Lines [n, 3] of the world in pixels from the picture's left top corner, cut where the camera has no image."""
+    """Lines [n, 3] of the world in pixels from the image's left top corner, cut where the camera has no image."""
     made: list[list[list[float]]] = []
     for edge in edges:
         pixels, in_front = seen.project(np.nan_to_num(edge, nan=np.inf))

@@ -124,7 +124,8 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         raise WorldError(f"a world file of this world would not load: {error}", code="cannot_write") from None
     if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
         raise WorldError(
-            f"{source.name} or a file that it names is another one than was opened: open it again, or Save GLB"
+            f"{source.name} or a file that it names has changed since it was opened; open it again, or use Save GLB",
+            code="changed_file",
         )
     shown = next(iter(built.cameras.values()))
     same = (

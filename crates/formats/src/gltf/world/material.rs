@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
-use crate::image::decoder::ColorUse::{self, Color, Data};
+use raycam_scene::ColorUse::{self, Color, Data};
 
 /// Any number that is not negative.
 pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];

@@ -11,7 +11,7 @@ use raycam_scene::{Image, Material, Principled, Texels, Texture, TextureSlot, Te
 use crate::error::Result;
 use crate::gltf::json::material::SpecularGlossiness;
 use crate::gltf::world::builder::Builder;
-use crate::image::ColorUse::Color;
+use raycam_scene::ColorUse::Color;
 
 impl Builder<'_, '_> {
     pub(crate) fn specular_glossiness(

@@ -12,9 +12,9 @@ use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use crate::image::decode_image;
-use crate::image::decoder::ColorUse;
 use crate::image::udim;
 use crate::io::companion;
+use raycam_scene::ColorUse;
 
 impl Builder<'_, '_> {
     /// The texture slot of a reference at `place`.

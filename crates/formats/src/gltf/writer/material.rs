@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::gltf::writer::document::Writer;
 use crate::gltf::writer::light::color_and_strength;
 use crate::gltf::writer::number::{shortest_f32, shortest_f32s};
-use crate::image::decoder::ColorUse::{self, Color, Data};
+use raycam_scene::ColorUse::{self, Color, Data};
 
 type Object = Map<String, Value>;
 

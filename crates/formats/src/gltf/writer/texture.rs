@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::gltf::writer::binary::BufferTarget;
 use crate::gltf::writer::document::Writer;
 use crate::gltf::writer::number::shortest_f32;
-use crate::image::decoder::ColorUse;
+use raycam_scene::ColorUse;
 
 impl Writer<'_> {
     /// A reference to a texture of the world.

@@ -2,7 +2,7 @@ use std::fs;
 use std::path::Path;
 
 use raycam_formats::{AssetRoot, Budget, FormatError, load};
-use raycam_scene::{AssetLoader, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, Wrap};
 
 use crate::support::folder;
 
@@ -53,7 +53,9 @@ fn nothing_outside_is_opened() {
         "",
         "%2e%2e/secret.obj",
     ] {
-        for error in [files.mesh(name).unwrap_err(), files.texture(name, [Wrap::Repeat; 2]).unwrap_err()] {
+        for error in
+            [files.mesh(name).unwrap_err(), files.texture(name, [Wrap::Repeat; 2], ColorUse::Color).unwrap_err()]
+        {
             let missing = name.starts_with('%') && matches!(error, FormatError::Io { .. });
             assert!(missing || matches!(error, FormatError::Reference { .. }), "{name:?}: {error}");
         }

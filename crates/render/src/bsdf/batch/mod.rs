@@ -157,7 +157,7 @@ impl<M: LayeredBatchModel> BsdfBatch<M> {
         };
         let is_covered = self.model.set_layers(lane, hit, &stack);
         if is_covered {
-            let normal = hit.mapped_normal().unwrap_or(hit.unmapped_frame.normal);
+            let normal = hit.mapped_mirror_normal().unwrap_or(hit.unmapped_frame.normal);
             self.activate(lane, normal);
         }
         is_covered

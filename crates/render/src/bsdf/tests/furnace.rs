@@ -55,6 +55,60 @@ fn white_furnace_losses_match_the_documented_bounds() {
     assert!(worst.is_empty(), "{}", worst.join("\n"));
 }
 
+/// White principled materials with a diffuse base and refraction, over a grid of index, roughness, transmission and diffuse
+/// transmission, from outside and from inside: 48 points, or 1,152 with `RAYCAM_PROOF`.
+#[test]
+fn mixed_transmission_conserves_energy() {
+    let (indices, roughness_values, transmissions, angles): (&[f32], &[f32], &[f32], &[f32]) = match is_proof() {
+        true => {
+            (&[1.05, 1.33, 1.52, 1.8, 2.42, 5.0], &[0.0, 0.25, 0.6, 1.0], &[0.1, 0.5, 0.9], &[0.0, 25.0, 50.0, 75.0])
+        }
+        false => (&[1.52, 5.0], &[0.0, 0.25, 1.0], &[0.5], &[25.0, 75.0]),
+    };
+    let mut worst = vec![];
+    for &ior in indices {
+        let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
+        for &roughness in roughness_values {
+            for &transmission in transmissions {
+                for (front, through) in [(true, 0.0), (true, 0.6), (false, 0.0), (false, 0.6)] {
+                    let eta = if front { ior } else { 1.0 / ior };
+                    let f0 = Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2));
+                    let fresnel = Fresnel::Schlick { f0, f90: Vec3::ONE, eta: (!front).then_some(eta) };
+                    let stack = LayerStack {
+                        fresnel,
+                        base_fresnel: fresnel,
+                        ggx: Ggx::isotropic(roughness),
+                        diffuse: Vec3::splat((1.0 - transmission) * (1.0 - through)),
+                        diffuse_transmission: Vec3::splat((1.0 - transmission) * through),
+                        transmission: Vec3::splat(transmission),
+                        eta,
+                        dielectric_albedo: Some(table),
+                        ..solid(roughness, front)
+                    };
+                    for &degrees in angles {
+                        let frame = frame(degrees, 0.3);
+                        let bsdf = Bsdf::Layered(LayeredBsdf::new(stack, &frame));
+                        let mut found = furnace(&bsdf, &frame, 1 << 14);
+                        for samples in [1 << 16, 1 << 19] {
+                            if (found.x - 1.0).abs() > 1e-3 {
+                                found = furnace(&bsdf, &frame, samples);
+                            }
+                        }
+                        if (found.x - 1.0).abs() > 1e-3 {
+                            worst.push(format!(
+                                "index {ior}, roughness {roughness}, transmission {transmission}, front {front}, diffuse \
+                                 transmission {through}, {degrees} degrees: {}",
+                                found.x
+                            ));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(worst.is_empty(), "{} points:\n{}", worst.len(), worst.join("\n"));
+}
+
 /// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
 fn documented_losses_equal_the_measured_ones() {

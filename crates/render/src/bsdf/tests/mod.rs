@@ -25,6 +25,11 @@ use crate::lobes::shading_frame::ShadingFrame;
 use crate::lobes::sheen::Sheen;
 use crate::lobes::thin_film::ThinFilm;
 
+/// True for the exhaustive form of the tests: `make proof` sets `RAYCAM_PROOF`.
+fn is_proof() -> bool {
+    std::env::var_os("RAYCAM_PROOF").is_some()
+}
+
 /// A flat surface seen at an angle, in degrees.
 fn frame(degrees: f32, turn: f32) -> ShadingFrame {
     let (sin, cos) = degrees.to_radians().sin_cos();

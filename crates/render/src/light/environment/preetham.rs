@@ -36,8 +36,8 @@ pub(crate) struct PreethamSky {
 }
 
 impl PreethamSky {
-    /// Returns the sky and its sun. `direction` is the direction in which sunlight travels; a sun below the horizon
-    /// is placed on the horizon.
+    /// Returns the sky and its sun. `direction` is the direction in which sunlight travels; worlds accept only suns above the
+    /// horizon.
     pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, SunLight) {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();

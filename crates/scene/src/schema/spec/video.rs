@@ -39,12 +39,14 @@ pub struct KeyframeSpec {
     pub roll: Option<f64>,
     /// In degrees; 0 where only other angles are given.
     pub pitch: Option<f64>,
-    /// In degrees; 0 where only other angles are given. Between keyframes turns take the shorter way round.
+    /// In degrees; 0 where only other angles are given. Angles are interpolated as numbers: 0 to 360 is a whole turn, 350 to 370
+    /// a short one, and 350 to 10 turns back.
     pub yaw: Option<f64>,
     /// A point to look at (objects: with their x axis in a z-up world), instead of angles.
     pub target: Option<[f64; 3]>,
     /// The affine transform world_from_mesh of an object, 3x4 or 4x4, instead of location, angles and target. It must not
-    /// mirror. An object has it in all keyframes or in none. Its stretch is interpolated linearly.
+    /// mirror. An object has it in all keyframes or in none. Its rotation takes the shorter way, its stretch is interpolated
+    /// linearly.
     pub matrix: Option<Vec<[f64; 4]>>,
     /// From this keyframe to the next; the video's where not given.
     pub interpolation: Option<KeyframeInterpolation>,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::error::Result;
 use crate::texture::cache::TextureCache;
 use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad};
+use crate::texture::texel_weight::TexelWeight;
 
 /// Texels per side of a tile; tiles at the right and bottom edges are smaller.
 pub(crate) const TILE_SIZE: usize = 64;
@@ -16,6 +17,8 @@ pub struct PagedTexels {
     cache: Arc<TextureCache>,
     /// Levels of the whole mip map, the image itself first.
     levels: Arc<[Level]>,
+    /// The same with colours weighted by alpha; `None` for an opaque image.
+    by_alpha: Option<Arc<[Level]>>,
     level: usize,
 }
 
@@ -53,8 +56,12 @@ impl Level {
 }
 
 impl PagedTexels {
-    pub(crate) fn new(cache: Arc<TextureCache>, levels: Vec<Level>) -> Self {
-        Self { cache, levels: levels.into(), level: 0 }
+    pub(crate) fn new(cache: Arc<TextureCache>, levels: Vec<Level>, by_alpha: Option<Vec<Level>>) -> Self {
+        Self { cache, levels: levels.into(), by_alpha: by_alpha.map(Into::into), level: 0 }
+    }
+
+    pub(crate) fn is_opaque(&self) -> bool {
+        self.by_alpha.is_none()
     }
 
     fn current_level(&self) -> &Level {
@@ -81,8 +88,10 @@ impl PagedTexels {
     }
 
     /// This level and all that are smaller.
-    pub(crate) fn mip_map(&self) -> impl Iterator<Item = Self> {
-        (self.level..self.levels.len()).map(|level| Self { level, ..self.clone() })
+    pub(crate) fn mip_map(&self, weight: TexelWeight) -> impl Iterator<Item = Self> {
+        let by_alpha = self.by_alpha.as_ref().filter(|_| weight == TexelWeight::Alpha);
+        let levels = by_alpha.unwrap_or(&self.levels).clone();
+        (self.level..levels.len()).map(move |level| Self { level, levels: levels.clone(), ..self.clone() })
     }
 
     /// The linear value of one.

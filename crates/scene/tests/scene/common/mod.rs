@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::schema::{Entry, SpannedValue, Value};
-use raycam_scene::{AssetLoader, IesProfile, MeshFile, SceneError, Texture, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, IesProfile, MeshFile, SceneError, Texture, Wrap};
 
 /// A description from JSON text, in which it is shortest to write.
 pub fn node(json: &str) -> SpannedValue {
@@ -37,7 +37,7 @@ impl AssetLoader for FakeFiles {
         Ok(self.0.clone())
     }
 
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2], _: ColorUse) -> Result<Texture, SceneError> {
         Ok(Texture::from_srgb8(file, [1, 1], [[255, 0, 0]], wrap))
     }
 

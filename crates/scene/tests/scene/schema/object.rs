@@ -3,7 +3,9 @@
 use glam::DVec3;
 use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
-use raycam_scene::{AssetLoader, Material, MeshFile, MeshPart, NoAssets, Notice, NoticeCode, TextureSlot, Wrap};
+use raycam_scene::{
+    AssetLoader, ColorUse, Material, MeshFile, MeshPart, NoAssets, Notice, NoticeCode, TextureSlot, Wrap,
+};
 
 use crate::common::{FakeFiles, node};
 use crate::schema::described::{assert_error, build, object, object_with};
@@ -46,7 +48,7 @@ fn model() -> MeshFile {
     let material =
         |name: &str, texture| Material { name: name.into(), color: [0.6; 3], texture, ..Material::default() };
     let mut files = FakeFiles(MeshFile::default());
-    let texture = files.texture("own.png", [Wrap::Repeat; 2]).unwrap();
+    let texture = files.texture("own.png", [Wrap::Repeat; 2], ColorUse::Color).unwrap();
     let part = |mesh, materials| MeshPart { name: "part".into(), mesh, materials };
     MeshFile {
         parts: vec![

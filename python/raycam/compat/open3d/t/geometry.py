@@ -141,7 +141,7 @@ class RaycastingScene(Hints):
 
         `(intrinsic_matrix, extrinsic_matrix, width_px, height_px)`: the extrinsic matrix is world-to-camera, x right, y
         down, z forward. `(fov_deg, center, eye, up, width_px, height_px)`: the angle is across, and rows run **along**
-        `up`, as in Open3D: pass `up=[0, -1, 0]` for pictures that stand upright in a world whose y is up.
+        `up`, as in Open3D: pass `up=[0, -1, 0]` for images that stand upright in a world whose y is up.
         """
         names: tuple[str, ...] = ("intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px")
         if len(arguments) == 6 or "fov_deg" in keys:

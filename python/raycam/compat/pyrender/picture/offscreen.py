@@ -67,7 +67,7 @@ class OffscreenRenderer:
     def render(
         self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None
     ) -> Any:
-        """The picture, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 where nothing is.
+        """The image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 where nothing is.
 
         With `DEPTH_ONLY` the depth alone. With `SEG` each node of `seg_node_map` in its colour, and nothing else.
         Raises `ValueError` for a scene without a camera.
@@ -106,7 +106,7 @@ class OffscreenRenderer:
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
 
     def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
-        """The picture [h, w, 4] by the shading that the package names."""
+        """The image [h, w, 4] by the shading that the package names."""
         shading = sys.modules[__package__.rpartition(".")[0]].shading
         if shading not in ("pyrender", "raycam"):
             raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')
@@ -117,7 +117,7 @@ class OffscreenRenderer:
     def _colors(
         self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]
     ) -> npt.NDArray[np.uint8]:
-        """The picture [h, w, 4]; pixels at edges are the mean of four samples."""
+        """The image [h, w, 4]; pixels at edges are the mean of four samples."""
         width, height = self.viewport_width, self.viewport_height
         columns, rows = at
         lights = _placed_lights(scene)

@@ -30,7 +30,7 @@ WRAPS = {GLTF.CLAMP_TO_EDGE: "clamp", GLTF.MIRRORED_REPEAT: "mirror", GLTF.REPEA
 def path_traced_picture(
     scene: Scene, camera: Camera, pose: Floats, size: tuple[int, int]
 ) -> npt.NDArray[np.uint8]:
-    """The picture [h, w, 4] in sRGB before the scene's background, by the integrator "path" with 64 samples.
+    """The image [h, w, 4] in sRGB before the scene's background, by the integrator "path" with 64 samples.
 
     The ambient light is an even sky. Raises `NotImplementedError` for parallel rays.
     """

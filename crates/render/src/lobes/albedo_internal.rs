@@ -1,0 +1,162 @@
+//! Transmittance of rough interfaces that are seen from inside, for the share of light that reaches the layers below.
+//!
+//! The transmittance falls to zero at the critical angle, within a few standard deviations of the microfacets' slopes. No
+//! uniform grid resolves that for smooth surfaces, so the nodes of a row follow the hyperbolic sine of the angle from the
+//! critical one in units of the roughness. Rows then have equal shapes and can be interpolated node by node.
+
+use std::f32::consts::FRAC_PI_2;
+use std::sync::OnceLock;
+
+use glam::Vec3;
+
+use crate::lobes::albedo_grid::{ROUGHNESS_ROWS, ggx_of_row, mean_over_visible_normals, roughness_row};
+use crate::lobes::fresnel::{reflect, refracted_cosine, schlick_weight};
+use crate::lobes::ggx::Ggx;
+
+/// Nodes of a row.
+const ANGLE_STEPS: usize = 96;
+/// Points of the quadrature of an entry.
+const RADIAL_POINTS: u32 = 128;
+const ANGULAR_POINTS: u32 = 48;
+/// Width of the transition at the critical angle, divided by the roughness `alpha`.
+const TRANSITION_WIDTH: f32 = 0.7;
+
+/// The fraction of the single-scatter albedo of a perfect mirror that a dielectric does not reflect, by roughness.
+#[derive(Debug)]
+pub(crate) struct InternalTransmittanceTable {
+    /// Index of the far side relative to the near side, below 1.
+    eta: f32,
+    rows: [OnceLock<Box<Row>>; ROUGHNESS_ROWS],
+}
+
+/// Coefficients of 1, f0 and f90 of Schlick's approximation.
+#[derive(Debug)]
+struct Row {
+    transmittance: [[f32; 3]; ANGLE_STEPS],
+    /// Cosine-weighted mean.
+    mean: [f32; 3],
+}
+
+/// The transmittance at one roughness.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InternalTransmittance<'a> {
+    rows: [&'a Row; 2],
+    fraction: f32,
+    grid: AngleGrid,
+}
+
+/// Maps 0 to 1 to the angles of incidence: dense around the critical angle.
+#[derive(Clone, Copy, Debug)]
+struct AngleGrid {
+    critical: f32,
+    width: f32,
+    /// Inverse hyperbolic sines of both ends.
+    ends: [f32; 2],
+}
+
+impl AngleGrid {
+    fn new(eta: f32, ggx: &Ggx) -> Self {
+        let (critical, width) = (eta.min(1.0).asin(), TRANSITION_WIDTH * ggx.roughness().powi(2).max(1e-4));
+        Self { critical, width, ends: [-critical, FRAC_PI_2 - critical].map(|angle| (angle / width).asinh()) }
+    }
+
+    fn position(&self, cosine: f32) -> f32 {
+        let [first, last] = self.ends;
+        (((cosine.clamp(0.0, 1.0).acos() - self.critical) / self.width).asinh() - first) / (last - first)
+    }
+
+    /// The angle at a position, and its derivative.
+    fn angle(&self, position: f64) -> (f64, f64) {
+        let [first, last] = self.ends.map(f64::from);
+        let (at, width) = (first + (last - first) * position, f64::from(self.width));
+        (f64::from(self.critical) + width * at.sinh(), (last - first) * width * at.cosh())
+    }
+}
+
+impl InternalTransmittanceTable {
+    /// `eta` is the index of the far side relative to the near side.
+    pub fn new(eta: f32) -> Self {
+        Self { eta, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS] }
+    }
+
+    pub fn at_roughness(&self, ggx: &Ggx) -> InternalTransmittance<'_> {
+        let (low, fraction) = roughness_row(ggx);
+        let row = |i: usize| &**self.rows[i].get_or_init(|| Box::new(self.row(i)));
+        InternalTransmittance { rows: [row(low), row(low + 1)], fraction, grid: AngleGrid::new(self.eta, ggx) }
+    }
+
+    fn row(&self, row: usize) -> Row {
+        let ggx = ggx_of_row(row);
+        let grid = AngleGrid::new(self.eta, &ggx);
+        let mut transmittance = [[0.0; 3]; ANGLE_STEPS];
+        for (node, value) in transmittance.iter_mut().enumerate() {
+            let (angle, _) = grid.angle(node as f64 / (ANGLE_STEPS - 1) as f64);
+            *value = self.transmittance(&ggx, (angle.cos() as f32).max(1e-4));
+        }
+        Row {
+            mean: [0, 1, 2].map(|term| cosine_weighted_mean(&grid, &transmittance.map(|value| value[term]))),
+            transmittance,
+        }
+    }
+
+    /// Light that a perfect mirror with these microfacets reflects once and a dielectric lets pass.
+    fn transmittance(&self, ggx: &Ggx, cosine: f32) -> [f32; 3] {
+        let of = |v: Vec3, h: Vec3| {
+            let (Some(other), Some(l)) = (refracted_cosine(v.dot(h), self.eta), reflect(v, h)) else {
+                return [0.0; 3];
+            };
+            let (up, f0) = (ggx.g_given_g1(v, l), schlick_weight(other));
+            [up, -up * f0, -up * (1.0 - f0)]
+        };
+        if ggx.effectively_smooth() {
+            return match refracted_cosine(cosine, self.eta) {
+                Some(other) => [1.0, -schlick_weight(other), schlick_weight(other) - 1.0],
+                None => [0.0; 3],
+            };
+        }
+        mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], of)
+    }
+}
+
+/// The cosine-weighted mean over the hemisphere of a function that is linear between nodes.
+fn cosine_weighted_mean(grid: &AngleGrid, nodes: &[f32; ANGLE_STEPS]) -> f32 {
+    let offset = 0.15f64.sqrt();
+    let points = [(0.5 - offset, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + offset, 5.0 / 18.0)];
+    let step = 1.0 / (ANGLE_STEPS - 1) as f64;
+    let cell = |(i, pair): (usize, &[f32])| {
+        let (low, high) = (f64::from(pair[0]), f64::from(pair[1]));
+        let part = |(at, weight): (f64, f64)| {
+            let (angle, derivative) = grid.angle((i as f64 + at) * step);
+            weight * (low + (high - low) * at) * (2.0 * angle).sin() * derivative
+        };
+        points.map(part).iter().sum::<f64>() * step
+    };
+    nodes.windows(2).enumerate().map(cell).sum::<f64>() as f32
+}
+
+impl InternalTransmittance<'_> {
+    /// The transmittance at a cosine, relative to a perfect mirror with the same microfacets.
+    pub fn at(&self, cosine: f32, f0_f90: (Vec3, Vec3)) -> Vec3 {
+        let position = self.grid.position(cosine) * (ANGLE_STEPS - 1) as f32;
+        let first = (position as usize).min(ANGLE_STEPS - 2);
+        let part = position - first as f32;
+        self.interpolate(f0_f90, |row, term| {
+            let (low, high) = (row.transmittance[first][term], row.transmittance[first + 1][term]);
+            low + (high - low) * part
+        })
+    }
+
+    /// The cosine-weighted mean of [`InternalTransmittance::at`].
+    pub fn mean(&self, f0_f90: (Vec3, Vec3)) -> Vec3 {
+        self.interpolate(f0_f90, |row, term| row.mean[term])
+    }
+
+    fn interpolate(&self, (f0, f90): (Vec3, Vec3), of: impl Fn(&Row, usize) -> f32) -> Vec3 {
+        let [low, high] = self.rows;
+        let term = |term| {
+            let low = of(low, term);
+            low + (of(high, term) - low) * self.fraction
+        };
+        Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2)
+    }
+}
