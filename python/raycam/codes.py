@@ -161,6 +161,10 @@ _OWN_NOTICES = {
         "Faces have no texels, because xatlas did not unwrap them.",
         'Use atlas="cells", or repair the mesh.',
     ),
+    "missed_source": Code(
+        "Texels have no surface of the source near them, and show the baked object itself.",
+        "Enlarge the cage, or check that both models are in the same place.",
+    ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
         "Use the size that the message contains.",

@@ -29,10 +29,11 @@ from .face_views import FaceTotals
 from .gains import estimate_gains
 from .images import Photos, PhotoSource
 from .photo_set import BlendedTexels, PhotoSet, blend_texels
+from .photograph_fit import PhotographFit
 from .placement import placement_notices
 from .surface_views import TexturedSurface
 from .survey import Survey, take_survey
-from .texture_result import PhotographFit, PhotoTexture
+from .texture_result import PhotoTexture
 from .truth import named_photographs
 from .visibility import side_of
 

@@ -12,7 +12,7 @@ from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
-from ..robots import find_root
+from ..robots import FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
@@ -40,7 +40,7 @@ def load(
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro).
+    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro .sdf).
 
     `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
     to its end. The content determines the file type of bytes and of files without a known extension; if it is
@@ -222,7 +222,14 @@ def _load_robot(
         folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
         texture_memory=options.texture_memory,
     )
-    world.add_robot(path, folder=folder, packages=packages, xacro_args=options.xacro_args)
+    files = FileResolver(Path(path), folder, packages)
+    how = {"placement": {}, "geometry": "visual", "category": "link", "missing": "error"}
+    for model in read_robots(path, files, options.xacro_args):
+        name = model.description.name
+        number = 2
+        while name in world.robots:
+            name, number = f"{model.description.name}-{number}", number + 1
+        world._add_model(model, files, name=name, **how)
     return world
 
 
