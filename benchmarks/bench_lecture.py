@@ -30,10 +30,11 @@ new MutationObserver(() => {
 """
 DRAG = """
 (async (host, seconds) => {
+  const HELD = { buttons: 1, pointerId: 1, bubbles: true };
   const canvas = host.querySelector('canvas.draggable'), slider = host.querySelector('input[type=range]');
   if (!canvas && !slider) return null;
   const frame = () => new Promise((done) => requestAnimationFrame(done)), times = [];
-  const say = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { clientX: x, clientY: y, pointerId: 1 }));
+  const say = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { ...HELD, clientX: x, clientY: y }));
   const box = canvas?.getBoundingClientRect(), middle = canvas && [box.left + box.width / 2, box.top + box.height / 2];
   if (canvas) { canvas.setPointerCapture = () => {}; say('pointerdown', ...middle); }
   await frame();
@@ -42,7 +43,7 @@ DRAG = """
     if (canvas) say('pointermove', middle[0] + 40 * Math.sin(k / 12), middle[1] + 12 * Math.sin(k / 7));
     else {
       slider.value = String(Number(slider.min) + (0.5 + 0.4 * Math.sin(k / 15)) * (slider.max - slider.min));
-      slider.dispatchEvent(new Event('input'));
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
     }
     await frame();
     times.push(performance.now() - last);

@@ -76,6 +76,8 @@ function openLecture() {
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-figure]"))) FIGURES[host.dataset.figure || ""](new Figure(host, shared, pictures));
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-exercise]"))) buildQuiz(host, shared);
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-code]"))) buildCodeCell(host, shared, pictures);
+  document.addEventListener("input", () => pictures.hold());
+  document.addEventListener("pointermove", ({ buttons }) => buttons && pictures.hold());
   bindSymbols(shared);
   bindNavigation(shared);
   byId("reset", HTMLButtonElement).addEventListener("click", () => shared.reset());

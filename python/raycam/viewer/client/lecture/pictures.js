@@ -7,11 +7,15 @@ import { compiledCore, textOf } from "../transport/worker.js";
 /** @typedef {{ text: string, width: number, height: number, integrator: string, samples: number, seed?: number }} Wanted `samples` 0 loads the world alone */
 /** @typedef {{ onPicture?: (picture: Picture) => void, onWorld?: (world: any) => void }} Receivers */
 
+/** Time between messages that the reader drags something. */
+const HOLD_MS = 100;
+
 export class Pictures {
   /** @param {(text: string) => void} say called with errors */
   constructor(say) {
     this.say = say;
     this.id = 0;
+    this.held = 0;
     /** @type {Worker | null} */
     this.worker = null;
     /** @type {Map<string, Receivers & { id: number, message: any, done?: boolean }>} */
@@ -41,6 +45,14 @@ export class Pictures {
     const message = { seed: 0, ...wanted, asText: text, type: "draw", key, id: this.id };
     this.asked.set(key, { ...receivers, id: this.id, message });
     this.worker?.postMessage(message);
+  }
+
+  /** Lets refinement wait while the reader drags something. */
+  hold() {
+    const now = performance.now();
+    if (now - this.held < HOLD_MS) return;
+    this.held = now;
+    this.worker?.postMessage({ type: "busy" });
   }
 
   /** Stops pictures of a figure that are not finished; they begin again when they are requested. @param {string} id the figure's, which its keys begin with */
