@@ -204,7 +204,7 @@ def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict
     wrong = Job(tmp_path / "a").verify()
     assert list(wrong) == ["lists/index.json", "../a.mp4"]
     assert wrong["lists/index.json"].startswith(f"{index}: it was made with 5 bytes")
-    assert wrong["../a.mp4"] == f"{film}: it was made, and is not there any more"
+    assert wrong["../a.mp4"] == f"{film}: the result is missing, although it was created"
     assert index.with_name("index.json.damaged").read_bytes() == b"whale"
     for path in (index, film):
         path.write_bytes(b"whole")

@@ -133,8 +133,8 @@ class DaskPool:
         """Notices for the user."""
         if not _is_private(client.scheduler.address):
             message = (
-                f"{client.scheduler.address} is neither encrypted nor authenticated: whoever reaches it can run "
-                "programs on its workers; use tls:// or a network of your own"
+                f"{client.scheduler.address} is neither encrypted nor authenticated, so anyone who can connect "
+                "to it can run programs on its workers; use tls:// or a private network"
             )
             self.notices.append(Notice(message, "insecure_cluster"))
 

@@ -14,4 +14,4 @@ def check_folder(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -
     """Raises `SettingsError` unless a file lies in a folder, by its name or by where its links lead."""
     file, root = Path(path), Path(folder)
     if not any(resolved(file).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute)):
-        raise SettingsError(f"folder: {path} does not lie in {os.fspath(folder)}", code="outside_root")
+        raise SettingsError(f"folder: {path} is outside {os.fspath(folder)}", code="outside_root")

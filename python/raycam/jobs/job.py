@@ -80,7 +80,7 @@ class Job:
         if package is None:
             if there is None:
                 raise JobError(
-                    f"{self.folder}: no job is here (there is no {STATE}/job.json)", code="file_not_found"
+                    f"{self.folder}: no job found ({STATE}/job.json is missing)", code="file_not_found"
                 )
         elif there is not None and not resume:
             Job(self.folder)._remove()

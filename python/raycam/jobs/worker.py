@@ -167,8 +167,8 @@ def _load_package(task: FrameTask) -> JobPackage:
             _cache_package(package)
             return package
     raise PackageNotFound(
-        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: put the job's folder where "
-        "every worker reads it under the same name"
+        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: place the job's "
+        "folder where every worker can read it under the same path"
     )
 
 

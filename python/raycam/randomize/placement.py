@@ -173,9 +173,9 @@ class PlacementSampler:
                     return self._world_axes(pose)
         size = np.ptp(shape.outline, axis=0)
         raise RejectedSample(
-            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries: it needs "
+            f"{what}: no space found on {surface or 'the world'} after {MAX_TRIES} tries: the object needs "
             f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {areas[-1] / 2:.3g} m² with "
-            f"{len(self._taken)} things on it; fewer or smaller things, a larger surface or a smaller gap make room"
+            f"{len(self._taken)} objects on it; fewer or smaller things, a larger surface or a smaller gap make room"
         )
 
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:

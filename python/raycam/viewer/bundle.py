@@ -76,7 +76,7 @@ def bundle(entry: str = "main.js") -> str:
                     raise ValueError(f"{name} imports {word}, which {beside(name, source)} does not declare")
         body = EXPORT.sub("", IMPORT.sub("", text))
         if re.search(r"^(?:import|export)\b", body, re.M):
-            raise ValueError(f"{name}: an import or export that is none of the client's dialect")
+            raise ValueError(f"{name}: unsupported form of import or export")
         parts.append(f"// {name}\n{body}")
     script = '"use strict";\n{\n' + "\n".join(parts) + "}\n"
     if "</script" in script.lower() or "<!--" in script:

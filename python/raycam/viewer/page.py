@@ -168,7 +168,7 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(
-            f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}",
+            f"arrays must map names to arrays, as in {{'flow': flow}}, not {type(given).__name__}",
             code="wrong_type",
         )
     arrays = {}
@@ -223,8 +223,8 @@ def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
         return
     if other.region[:2] != frame.region[:2]:
         message = (
-            f"compare begins at the pixel {other.region[:2]} of its picture, this frame at {frame.region[:2]}: pixels "
-            "of other places are compared"
+            f"compare begins at the pixel {other.region[:2]} of its image, but this frame at {frame.region[:2]}; "
+            "pixels at different positions are compared"
         )
         yield Notice(message, "differing_frames")
     alone = [name for name in other if name not in frame]
@@ -280,7 +280,7 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera",
+            "explain requires the world and a camera: save(path, world=world, explain=[(320, 240)]), and a camera",
             code="missing_value",
         )
     from ..explanation import explain
