@@ -133,7 +133,7 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
         raise JobError(
-            f"{settings['folder']}: {', '.join(changed)}has changed since the job began",
+            f"{settings['folder']}: {', '.join(changed)} changed since the job began",
             code="changed_input",
         )
     pairs = list(zip(cameras, settings["names"], strict=True))

@@ -48,7 +48,7 @@ class LensSteps:
 
 
 def at_line(camera: Camera, column: int, row: int) -> Camera:
-    """The camera at rest where it is in the middle of the exposure of the pixel's line; itself, if it does not move."""
+    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if it does not move."""
     if camera.shutter is None:
         return camera
     pixel = np.array([column, row]) + camera.corner + 0.5

@@ -71,7 +71,7 @@ class JobPackage:
 
     @staticmethod
     def check_backgrounds(settings: Mapping[str, Any]) -> None:
-        """Raises `JobError` if the photographs behind cameras are not those of the package, and `OSError`."""
+        """Raises `JobError` if the cameras' background photos differ from those of the package, and `OSError`."""
         for path, known in settings.get("backgrounds", {}).items():
             if _hash_of(path) != known:
                 raise JobError(

@@ -76,7 +76,7 @@ class ResultStore:
         _compare(path, stamp, found)
 
     def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
-        """Records the stamps of files assembled from all frames: index files, or a video beside the folder."""
+        """Records the stamps of files assembled from all frames: index files, or a video next to the folder."""
         stamps = {name: _fingerprint(self._assembled_path(name)) for name in names}
         atomic_files.write(os.path.join(self._folder, STATE, ASSEMBLED), json.dumps(stamps).encode(), scratch)
 

@@ -1,4 +1,4 @@
-"""A large picture as a job of tiles, assembled bit for bit as if rendered at once."""
+"""A large image as a job of tiles; the assembled image is bit-identical to one that is rendered at once."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def cache_package(package: JobPackage) -> None:
 
 
 def load_package(task: FrameTask) -> JobPackage:
-    """The package of a task, from the cache, the task's path, or `PACKAGE_PATHS`; the package is then cached.
+    """Returns a task's package, from the cache, the task's path, or `PACKAGE_PATHS`, and caches it.
 
     Raises `PackageNotFound` if the package is in none of these places, and `WorkerUnfit` if another version of raycam
     made it.

@@ -139,8 +139,7 @@ def render_many(
     filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].
     `progress(done, total)` counts images; an exception that it raises stops the work, as Ctrl-C does.
 
-    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for lengths and shapes that do not
-    match, and the errors of `render`.
+    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for wrong shapes, and `render`'s errors.
     """
     world = world_of(world)
     several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]

@@ -59,7 +59,7 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
 @functools.cache
 def bundle(entry: str = "main.js") -> str:
-    """The module `entry` and its imports as one classic script. Raises `ValueError` where one leaves the dialect."""
+    """Returns the module `entry` and its imports as one classic script; raises `ValueError` for unsupported syntax."""
     owner: dict[str, str] = {}
     parts = []
     for name in modules(entry):

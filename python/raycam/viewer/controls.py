@@ -47,7 +47,7 @@ class Listener(Protocol):
     """A session that shows the controls."""
 
     def show_controls(self) -> None:
-        """Shows the controls as they are now."""
+        """Shows the current controls."""
 
 
 class Control:

@@ -38,7 +38,7 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 class Page(str):
-    """The text of a page, which notebooks show in a frame of its own."""
+    """The text of a page, which notebooks show in a separate frame."""
 
     picture: bytes = b""
     """The image that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
@@ -242,7 +242,9 @@ def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
     if len(strange):
         more = ", ..." if len(strange) > MOST_TOLD else ""
         told = ", ".join(map(str, strange[:MOST_TOLD].tolist()))
-        message = f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        message = (
+            f"world has no objects with the ids {told}{more} of this frame; pass the world that was rendered"
+        )
         yield Notice(message, "differing_frames")
 
 

@@ -79,7 +79,7 @@ class Device(Hints):
         if isinstance(name, _DeviceType):
             name = name.value
         if not str(name).upper().startswith("CPU"):
-            raise RuntimeError(f'device {name!r}is not supported; use "CPU:0"')
+            raise RuntimeError(f'device {name!r} is not supported; use "CPU:0"')
         self.name = "CPU:0"
 
     def get_type(self) -> _DeviceType:

@@ -1,4 +1,4 @@
-"""Edits of objects and lights: a world that is changed by numbers, undone and redone.
+"""Edits of objects and lights in a view, with undo and redo.
 
 Each edit makes a world that shares what is built with the one before, so that undoing is going back to it. Worlds to
 go back to are copies, which hold none of the trees that pictures had built for them.
@@ -34,7 +34,7 @@ class Listener(Protocol):
     """Somebody who shows the world."""
 
     def rebase(self) -> None:
-        """Shows the world as it is now."""
+        """Shows the current world."""
 
 
 class Edits:

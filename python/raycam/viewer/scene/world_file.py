@@ -1,4 +1,4 @@
-"""The world of a view as a world file, which stands beside the file that it was opened from."""
+"""The world of a view as a world file, which is saved next to the file from which it was opened."""
 
 from __future__ import annotations
 
