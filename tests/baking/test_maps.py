@@ -100,7 +100,7 @@ def test_thickness_of_a_slab_and_a_ball() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
     world = raycam.World()
     world.add_mesh(ball.vertices, ball.faces, uvs=np.random.default_rng(0).random((len(ball.vertices), 2)))
-    with warns(raycam.Notice, code="implausible"):
+    with warns(raycam.Notice, code="overlapping_islands"):
         thickness = raycam.bake(world, ["thickness"], size=16, samples=256)
     # Chords of a unit sphere have the length 2 cos, weighted by cosine: 2 * 2 / 3.
     assert thickness["thickness"][thickness.covered].mean() == pytest.approx(4 / 3, rel=0.01)

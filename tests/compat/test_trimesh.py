@@ -179,3 +179,20 @@ def test_the_triangle_of_a_closest_point_faces_the_point(shape: str) -> None:
         meets = np.linalg.norm(near - position[number], axis=1) < 1e-9
         best = (mesh.face_normals[meets] @ (points[number] - position[number])).max()
         assert sides[number] == pytest.approx(best, abs=1e-9)
+
+
+@pytest.mark.parametrize("nudge", [-1e-9, 0.0, 1e-9, -1e-3, 1e-3])
+@pytest.mark.parametrize("size", [1.0, 50.0])
+def test_closest_triangles_at_almost_equal_distance_are_those_of_trimesh(nudge: float, size: float) -> None:
+    corners = size * np.array([(0, 0, 0), (0, 1, 0), (-1, 0, 0), (0, 0, -1)], float)
+    rng = np.random.default_rng(3)
+    for faces in ([[0, 1, 2], [0, 1, 3]], [[0, 2, 1], [0, 1, 3]], [[0, 1, 2], [0, 3, 1]]):
+        mesh = trimesh.Trimesh(corners, faces, process=False)
+        # Points at equal distance from both faces, and a little beside them.
+        across, along = rng.uniform(0.2, 0.6, (2, 20)) * size
+        points = np.column_stack([-across + nudge, along, -across])
+        expected = trimesh.proximity.closest_point(mesh, points)
+        found = compat.closest_point(mesh, points)
+        np.testing.assert_array_equal(found[2], expected[2])
+        np.testing.assert_allclose(found[0], expected[0], atol=1e-9)
+        np.testing.assert_allclose(found[1], expected[1], atol=1e-9)

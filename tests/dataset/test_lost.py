@@ -112,7 +112,7 @@ def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
     assert [row["file_name"] for row in rows] == ["000000.png", "000001.png", "000002.png"]
 
 
-@pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti"}))
+@pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti", "nuscenes"}))
 def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str) -> None:
     images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg"}
     cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0])}

@@ -42,7 +42,7 @@ NEEDS = {"hdf5": "h5py", "mcap": "mcap"}
 HERE = [
     name
     for name in FORMATS
-    if name not in ("photos", "semantickitti") and (name not in NEEDS or find_spec(NEEDS[name]))
+    if name not in ("photos", "semantickitti", "nuscenes") and (name not in NEEDS or find_spec(NEEDS[name]))
 ]
 
 

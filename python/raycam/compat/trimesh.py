@@ -131,54 +131,70 @@ def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids
     """
     queries = _points(points)
     found = _world_for(mesh).closest_points(queries)
-    position, triangle = found["position"], found["triangle"].astype(np.int64)
-    return position, found["distance"], _choose_facing(mesh, queries - position, position, triangle)
+    position, distance = np.array(found["position"]), np.array(found["distance"])
+    triangle = found["triangle"].astype(np.int64)
+    corners = np.asarray(mesh.triangles, np.float64)
+    if len(corners) and len(triangle):
+        _choose_facing(corners, queries, position, distance, triangle)
+    return position, distance, triangle
 
 
-def _choose_facing(mesh: Any, away: Floats, position: Floats, triangle: Ids) -> Ids:
-    """Of all triangles that meet at each closest point, the one whose normal is closest to the direction `away`."""
-    corners = np.asarray(mesh.triangles, float)
-    if not len(corners) or not len(triangle):
-        return triangle
-    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    vertex = vertex.reshape(-1, 3)
+def _choose_facing(
+    corners: Floats, queries: Floats, position: Floats, distance: Floats, triangle: Ids
+) -> None:
+    """Replaces each closest triangle by the one that faces the query most among those at equal distance.
+
+    Looks at the triangles that share a corner with the closest one. Equal are triangles with the same closest point,
+    and those whose squared distance differs by less than trimesh's tolerance. Writes into the last three arrays.
+    """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0, lengths, 1)
-    # The corners of which a closest point is made: one at a vertex, two on an edge.
-    own = corners[triangle]
-    opposite = np.cross(
-        np.roll(own, -2, axis=1) - np.roll(own, -1, axis=1), position[:, None] - np.roll(own, -1, axis=1)
-    )
-    shares = np.einsum("nki,ni->nk", opposite, normals[triangle])
-    shares = shares / np.where(lengths[triangle] > 0, lengths[triangle], 1)
-    tied = np.flatnonzero((shares < MERGE_TOLERANCE).any(axis=1))
-    if not len(tied):
-        return triangle
-    faces_of = np.argsort(vertex.ravel(), kind="stable")
+    away = queries - position
+    # A triangle that faces its query fully cannot be beaten.
+    facing = np.einsum("ni,ni->n", normals[triangle], away)
+    doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
+    query, candidate = _triangles_around(corners, triangle[doubtful])
+    query = doubtful[query]
+    # The distance to a triangle's plane is at most that to the triangle.
+    plane = np.abs(np.einsum("ni,ni->n", normals[candidate], queries[query] - corners[candidate, 0]))
+    near = plane <= distance[query] + np.sqrt(MERGE_TOLERANCE)
+    query, candidate = query[near], candidate[near]
+    closest_point_of = importlib.import_module("trimesh.triangles").closest_point
+    place = closest_point_of(corners[candidate], queries[query]) if len(query) else np.zeros((0, 3))
+    towards = queries[query] - place
+    squared = np.einsum("ni,ni->n", towards, towards)
+    least = distance[query] ** 2
+    same = np.linalg.norm(place - position[query], axis=1) <= 1e-9 * np.ptp(corners)
+    close = (np.abs(squared - least) < MERGE_TOLERANCE) & (np.minimum(squared, least) > MERGE_TOLERANCE)
+    is_tied = same | close
+    query, candidate, place, same = query[is_tied], candidate[is_tied], place[is_tied], same[is_tied]
+    towards, squared = towards[is_tied], squared[is_tied]
+    lengths = np.sqrt(np.where(squared > 0, squared, 1))
+    facing = np.einsum("ni,ni->n", normals[candidate], towards) / lengths
+    # The largest first, and the found triangle first among equal ones.
+    is_found = candidate == triangle[query]
+    order = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
+    first = order[np.unique(query[order], return_index=True)[1]]
+    triangle[query[first]] = candidate[first]
+    moved = first[~same[first]]
+    position[query[moved]], distance[query[moved]] = place[moved], np.sqrt(squared[moved])
+
+
+def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
+    """All pairs of a place in `triangles` and a triangle that shares a corner with the one there, or is the same."""
+    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertex = vertex.reshape(-1, 3)
+    by_vertex = np.argsort(vertex.ravel(), kind="stable")
     counts = np.bincount(vertex.ravel())
     starts = np.cumsum(counts) - counts
-    order = np.argsort(shares[tied], axis=1)
-    main = vertex[triangle[tied], order[:, 2]]
-    second = np.where(
-        np.take_along_axis(shares[tied], order[:, 1:2], axis=1)[:, 0] < MERGE_TOLERANCE,
-        main,
-        vertex[triangle[tied], order[:, 1]],
-    )
-    count = counts[main]
-    query = np.repeat(np.arange(len(tied)), count)
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    candidate = faces_of[starts[main][query] + place] // 3
-    meets = (vertex[candidate] == second[query, None]).any(axis=1)
-    query, candidate = query[meets], candidate[meets]
-    facing = np.einsum("ni,ni->n", normals[candidate], away[tied][query])
-    # The largest first, and the found triangle first among equal ones.
-    is_found = candidate == triangle[tied][query]
-    best = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
-    first = best[np.unique(query[best], return_index=True)[1]]
-    chosen = triangle.copy()
-    chosen[tied[query[first]]] = candidate[first]
-    return chosen
+    chosen = vertex[triangles].ravel()
+    count = counts[chosen]
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    place = np.repeat(np.repeat(np.arange(len(triangles)), 3), count)
+    neighbour = by_vertex[np.repeat(starts[chosen], count) + within] // 3
+    pairs = np.unique(place * len(corners) + neighbour)
+    return pairs // len(corners), pairs % len(corners)
 
 
 def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:

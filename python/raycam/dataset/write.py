@@ -144,7 +144,7 @@ def write(
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the
-    sensor's arrays, "world_from_sensor" and "times". "semantickitti" and "mcap" write lidars in their own form.
+    sensor's arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidars themselves.
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
@@ -157,6 +157,10 @@ def write(
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
       images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
       categories), `fps` (10) for views without a time. Points are relative to the rig's pose at the start of the frame
+    * "nuscenes": the thirteen tables, images and scans of a rig with lidars, with boxes of objects, their visibility
+      and numbers of points. `version` ("v1.0-mini"), `scene` ("scene-0001"), `key_every` (1): every Nth pose is a key
+      frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools expect its
+      names of sensors, such as CAM_FRONT and LIDAR_TOP
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
       for the timestamps of views without a time

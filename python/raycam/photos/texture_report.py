@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import base64
 import html
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..render import render
+from ..world import World
 from .coverage import coverage_colors, viridis
 from .photo_set import PhotoSet
+from .photograph_fit import PhotographFit
 from .survey import ViewedPhotograph
-
-if TYPE_CHECKING:
-    from .texture_result import PhotographFit, PhotoTexture
 
 __all__ = ["report_page"]
 
@@ -47,7 +46,26 @@ for (const pair of document.querySelectorAll('.pair')) {
 """
 
 
-def report_page(result: PhotoTexture, photos: PhotoSet, number: int) -> str:
+class TextureMaps(Protocol):
+    """What the page shows of a texture; see `PhotoTexture`."""
+
+    @property
+    def world(self) -> World: ...
+    @property
+    def texture(self) -> Bytes: ...
+    @property
+    def seen(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def covered(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def views(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def disagreement(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def photographs(self) -> tuple[PhotographFit, ...]: ...
+
+
+def report_page(result: TextureMaps, photos: PhotoSet, number: int) -> str:
     """The page's HTML: shares, maps, the photographs' fits, and three photographs beside the textured model."""
     covered = result.covered
     share = 100 * result.seen.sum() / max(1, covered.sum())
@@ -84,7 +102,7 @@ def chosen_photographs(fits: tuple[PhotographFit, ...]) -> list[PhotographFit]:
     return [order[place] for place in places if order]
 
 
-def _maps(result: PhotoTexture) -> list[str]:
+def _maps(result: TextureMaps) -> list[str]:
     """Figures of the texture, the number of views and the disagreement."""
     step = max(1, -(-max(result.covered.shape) // MAX_MAP_SIDE))
     covered = result.covered[::step, ::step]
@@ -124,7 +142,7 @@ def _table(fits: tuple[PhotographFit, ...]) -> str:
     return "<table>" + "".join(rows) + "</table>"
 
 
-def _comparison(result: PhotoTexture, photos: PhotoSet, number: int, fit: PhotographFit) -> str:
+def _comparison(result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit) -> str:
     """A photograph under the textured model with the photograph's exposure, a slider, and their PSNR."""
     photo, model, shown = compare_photograph(result, photos, number, fit)
     title = html.escape(fit.name)
@@ -138,7 +156,7 @@ def _comparison(result: PhotoTexture, photos: PhotoSet, number: int, fit: Photog
 
 
 def compare_photograph(
-    result: PhotoTexture, photos: PhotoSet, number: int, fit: PhotographFit
+    result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit
 ) -> tuple[Bytes, Bytes, npt.NDArray[np.bool_]]:
     """The photograph and the model in its camera as sRGB [h, w, 3], and True [h, w] where the object is visible.
 

@@ -15,6 +15,7 @@ from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
+from ..io.oriented_photo import read_oriented
 from ..srgb import linear_from_srgb, srgb_from_linear
 
 __all__ = ["numpy_background", "picture_behind"]
@@ -50,7 +51,7 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
     if isinstance(given, str) and Path(given).suffix.lower() not in PICTURES:
         return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
     if isinstance(given, str | os.PathLike):
-        pixels, notices = _read(given)
+        pixels, notices = _read(given, size, "auto")
         if pixels.shape == (height, width, 3):
             return pixels, notices
         message = (
@@ -76,7 +77,8 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
 def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """A `Background` in linear light, and notices."""
     array = isinstance(given.image, np.ndarray)
-    pixels, notices = (_linear(given.image), []) if array else _read(given.image)
+    taken = size if given.camera is None else given.camera.size
+    pixels, notices = (_linear(given.image), []) if array else _read(given.image, taken, given.orientation)
     name, own = "the background" if array else os.fspath(given.image), (pixels.shape[1], pixels.shape[0])
     if given.fit == "cover":
         return (pixels if own == size else _covering(pixels, size)), notices
@@ -204,10 +206,15 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
-    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
+def _read(
+    path: str | os.PathLike[str], size: tuple[int, int], orientation: str
+) -> tuple[Colors, list[Notice]]:
+    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
+
+    `size` is that of the camera that took it, by which its EXIF orientation is applied or not.
+    """
     try:
-        pixels, notices = _core.read_picture(path, False)
+        pixels, notices = read_oriented(path, size, orientation)
     except FormatError as fault:
         raise FormatError(
             f"{fault}; expected a PNG or JPEG image as a background", code="unknown_format"

@@ -14,7 +14,7 @@ from .. import _core
 from ..arguments import Floats
 from .contents import WorldContents
 
-__all__ = ["ObjectMesh", "object_mesh"]
+__all__ = ["ObjectMesh", "attributes_of", "object_mesh"]
 
 Single = npt.NDArray[np.float32]
 
@@ -50,7 +50,7 @@ def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
     data, _ = _core.world_to_gltf(alone)
     length = struct.unpack("<I", data[12:16])[0]
     document, binary = json.loads(data[20 : 20 + length]), memoryview(data)[28 + length :]
-    parts = [_part(document, binary, each) for each in document["meshes"][0]["primitives"]]
+    parts = [attributes_of(document, binary, each) for each in document["meshes"][0]["primitives"]]
     order = np.arange(len(corners))
     local = np.concatenate([part["POSITION"] for part in parts])
     if len(parts) > 1:
@@ -77,7 +77,9 @@ def _alone(world: WorldContents, number: int) -> _core.World:
     return copy
 
 
-def _part(document: dict[str, Any], binary: memoryview, primitive: dict[str, Any]) -> dict[str, Single]:
+def attributes_of(
+    document: dict[str, Any], binary: memoryview, primitive: dict[str, Any]
+) -> dict[str, Single]:
     """The attributes of a primitive by corner, [f, 3, k]."""
     arrays = {name: _accessor(document, binary, i) for name, i in primitive["attributes"].items()}
     count = len(arrays["POSITION"])
