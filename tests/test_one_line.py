@@ -51,7 +51,7 @@ def test_public_classes_with_arrays_have_a_repr_of_one_line() -> None:
             holds_arrays = any(
                 "NDArray" in str(f.type) or "Floats" in str(f.type) for f in dataclasses.fields(kind)
             )
-            generated = kind.__repr__.__code__.co_filename.endswith("reprlib.py")
+            generated = kind.__repr__.__code__.co_filename.endswith(("reprlib.py", "dataclasses.py"))
             assert not (holds_arrays and generated), f"{name} prints its arrays in full"
 
 

@@ -57,6 +57,10 @@ _OWN_NOTICES = {
         "The image was denoised, so it is an estimate and no longer unbiased.",
         "Render without denoise for an unbiased image.",
     ),
+    "applied_orientation": Code(
+        "A photo was turned by its EXIF orientation because only the turned photo has its camera's shape.",
+        'Pass orientation="ignore" if the camera belongs to the pixels as they are stored.',
+    ),
     "resampled_background": Code(
         "The background does not have the size of the image and was resampled or cropped.",
         "Use a background of the image's size, or a raycam.Background with its own camera.",

@@ -451,6 +451,14 @@ def test_faulty_camera_is_omitted_with_a_notice(tmp_path: Path, camera: dict[str
     assert omitted(world) == ["nodes[0].camera"]
 
 
+def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
+    document = Document()
+    document.node(mesh=document.square(), camera="zero")
+    world = load(document, tmp_path)
+    assert (len(world.objects), len(world.cameras)) == (1, 0)
+    assert omitted(world) == ["nodes[0].camera"]
+
+
 # Missing things -------------------------------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+import trimesh
 from PIL import Image
 from support.raises import raises
 
@@ -27,6 +28,7 @@ TEXTS = {
     "endsolid\n",
     "toml": '[[object]]\nname = "Würfel"\nvertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]\n',
 }
+TRIANGLE = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]]}
 TOOLS = {"K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "dist": [0.1, 0, 0, 0, 0], "image_size": [640, 480]}
 
 
@@ -65,8 +67,6 @@ def picture(kind: str) -> bytes:
 @pytest.mark.parametrize(
     ("content", "name"),
     [
-        (b"glTF\x02\0\0\0\x0c\0\0\0", "GLB"),
-        (TEXTS["ply"].encode(), "PLY"),
         (picture("PNG"), "PNG image"),
         (picture("JPEG"), "JPEG image"),
         (b"Kaydara FBX Binary  \0", "FBX"),
@@ -76,11 +76,19 @@ def picture(kind: str) -> bytes:
     ],
 )
 def test_a_file_of_another_kind_is_called_by_its_own(tmp_path: Path, content: bytes, name: str) -> None:
-    for kind in TEXTS.keys() - {"ply" if name == "PLY" else ""}:
+    for kind in TEXTS:
         path = tmp_path / f"a.{kind}"
         path.write_bytes(content)
         with raises(raycam.FormatError, mentions=[path.name, name]):
             raycam.load(path)
+
+
+@pytest.mark.parametrize("ending", [*TEXTS, "glb", "gltf"])
+def test_glb_and_ply_are_read_under_any_name(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"a.{ending}"
+    for content in (TEXTS["ply"].encode(), trimesh.Trimesh(**TRIANGLE).export(file_type="glb")):
+        path.write_bytes(content)
+        assert raycam.load(path).counts["triangles"] == 1
 
 
 def test_the_header_of_a_binary_stl_may_say_anything(tmp_path: Path) -> None:

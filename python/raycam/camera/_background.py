@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import CameraError, nearest
+from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..one_line import one_line
 from ._geometry import CameraGeometry
 
@@ -29,7 +30,7 @@ class Background:
     orientation. With `fit="cover"`, the image is scaled until it covers the frame, and cropped evenly on opposite
     sides.
 
-    Raises `CameraError` for an unknown `fit`, and for a `camera` together with `fit="cover"`.
+    Raises `CameraError` for an unknown `fit` or `orientation`, and for a `camera` together with `fit="cover"`.
     """
 
     image: Any
@@ -38,14 +39,21 @@ class Background:
     """The camera that took the image; None for the camera whose background it is."""
     fit: Fit = "exact"
     """"exact" or "cover"."""
+    orientation: Orientation = "auto"
+    """Use of the EXIF orientation: "apply", "ignore", or "auto", which turns the picture if it fits only then."""
 
     def __post_init__(self) -> None:
         """Checks the fit."""
         if self.fit not in FITS:
             raise CameraError(nearest("fit of a background", str(self.fit), FITS), code="unknown_name")
+        if self.orientation not in ORIENTATIONS:
+            raise CameraError(
+                nearest("orientation of a background", str(self.orientation), ORIENTATIONS),
+                code="unknown_name",
+            )
         if self.fit == "cover" and self.camera is not None:
             raise CameraError(
-                'fit is "cover", of a picture that no camera took: give it without camera',
+                'fit is "cover", which cannot be combined with camera; omit one of them',
                 code="conflicting_values",
             )
 
@@ -54,7 +62,7 @@ class Background:
         """The image's path; raises `CameraError` for an array, because cameras store paths only."""
         if isinstance(self.image, np.ndarray) or not isinstance(self.image, str | os.PathLike):
             raise CameraError(
-                "a camera keeps the path of its background: give an array to raycam.render(..., background=array)",
+                "the background of a camera must be a path; pass arrays to raycam.render(..., background=array)",
                 code="wrong_type",
             )
         return os.fspath(self.image)

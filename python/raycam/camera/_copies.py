@@ -185,6 +185,12 @@ class Copies(Optics):
         if background is None:
             return self._of(self._core.with_background(None, False, None), self._up)
         given = background if isinstance(background, Background) else Background(background)
+        if given.orientation != "auto":
+            raise CameraError(
+                f"a camera keeps no orientation={given.orientation!r} of its background; pass the background to "
+                "raycam.render(..., background=background)",
+                code="conflicting_values",
+            )
         camera = None if given.camera is None else given.camera._core
         return self._of(self._core.with_background(given.file, given.fit == "cover", camera), self._up)
 

@@ -11,6 +11,7 @@ from ..camera import Camera
 from ..render import render
 from ..render.frame import Frame
 from ..world import World
+from ..world.face_geometry import face_normals
 from .visibility import SurfaceVisibility
 
 __all__ = ["coverage_colors", "coverage_picture", "coverage_world", "viridis"]
@@ -32,6 +33,8 @@ VIRIDIS = (
     )
     / 255.0
 )
+SHADE = 0.55
+"""Share of a colour that faces seen edge-on lose."""
 UNSEEN = np.array([0.85, 0.0, 0.55])
 
 
@@ -53,8 +56,13 @@ def viridis(values: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
     return found
 
 
-def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = None) -> World:
-    """Returns a world with the faces of `seen`, in unlit colours that show each face's camera count."""
+def coverage_world(
+    world: World, seen: SurfaceVisibility, most: int | None = None, shaded_from: npt.ArrayLike | None = None
+) -> World:
+    """Returns a world with the faces of `seen`, in unlit colours that show each face's camera count.
+
+    With `shaded_from` [3], a point in the world, faces that are turned away from it are darker.
+    """
     made = World(world.up)
     colors = coverage_colors(seen.views, most)
     for item in world.objects:
@@ -62,11 +70,17 @@ def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = Non
         if own.any():
             corners = world.triangles(item.id)
             faces = np.arange(3 * len(corners)).reshape(-1, 3)
+            own_colors = colors[own]
+            if shaded_from is not None:
+                towards = np.asarray(shaded_from, np.float64) - corners.mean(axis=1)
+                towards /= np.maximum(np.sqrt((towards**2).sum(axis=1, keepdims=True)), 1e-300)
+                cosine = np.abs((towards * face_normals(corners)).sum(axis=1, keepdims=True))
+                own_colors = np.rint(own_colors * (1 - SHADE + SHADE * cosine)).astype(np.uint8)
             made.add_mesh(
                 corners.reshape(-1, 3),
                 faces,
                 name=item.name,
-                face_colors=colors[own],
+                face_colors=own_colors,
                 material={"type": "unlit"},
             )
     return made
@@ -75,6 +89,11 @@ def coverage_world(world: World, seen: SurfaceVisibility, most: int | None = Non
 def coverage_picture(
     world: World, seen: SurfaceVisibility, camera: Camera | None = None, most: int | None = None
 ) -> Frame:
-    """Renders the coverage as seen from `camera` (default: a camera that shows the whole mesh)."""
-    colored = coverage_world(world, seen, most)
-    return render(colored, camera or colored.view_from(size=(960, 640)), samples=4)
+    """Renders the coverage as seen from `camera` (default: a camera that shows the whole mesh).
+
+    Faces are darker the more they are turned away; the background is transparent.
+    """
+    if camera is None:
+        camera = coverage_world(world, seen, most).view_from(size=(960, 640))
+    colored = coverage_world(world, seen, most, shaded_from=camera.location)
+    return render(colored, camera, samples=16, transparent_background=True)

@@ -17,6 +17,7 @@ from ..baking.texels import covered_texels, find_texels, warn_of_overlap
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..io import memory_limits
+from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
@@ -64,6 +65,7 @@ def texture_from_photos(
     method: Literal["blend", "best", "detail"] = "blend",
     exposure: Literal["auto", "off"] = "auto",
     show_unseen: bool = False,
+    orientation: Orientation = "auto",
     memory: int | str = "1 GiB",
     threads: int | None = None,
 ) -> PhotoTexture:
@@ -89,9 +91,12 @@ def texture_from_photos(
     `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
     read one at a time, more than once if `memory` cannot contain the views of all texels.
 
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), a
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a
     texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
     half of the cameras look at the world.
+
+    With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
+    camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
     Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
     photographs of another size than their camera, `FormatError` and `OSError` for their files, and `MemoryError` if
@@ -116,7 +121,8 @@ def texture_from_photos(
             f'object {object!r} has no texture coordinates; unwrap it with atlas="xatlas" (--atlas xatlas)',
             code="missing_texture_coordinates",
         )
-    source = PhotoSource(photos, named)
+    one_of("orientation", orientation, ORIENTATIONS)
+    source = PhotoSource(photos, named, orientation)
     check_memory(wide, limit, TEXEL_BYTES if method == "blend" else COMPOSED_TEXEL_BYTES)
     warn_all(placement_notices(world, named))
     surface = TexturedSurface(mesh, find_texels(mesh.uvs[0], (wide, wide)))

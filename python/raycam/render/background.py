@@ -15,6 +15,7 @@ from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
+from ..io.oriented_photo import read_oriented
 from ..srgb import linear_from_srgb, srgb_from_linear
 
 __all__ = ["numpy_background", "picture_behind"]
@@ -50,11 +51,12 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
     if isinstance(given, str) and Path(given).suffix.lower() not in PICTURES:
         return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
     if isinstance(given, str | os.PathLike):
-        pixels, notices = _read(given)
+        pixels, notices = _read(given, size, "auto")
         if pixels.shape == (height, width, 3):
             return pixels, notices
         message = (
-            f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
+            f"{os.fspath(given)} of {_size(pixels)} is scaled and cropped to cover the frame of {width} x "
+            f"{height}: only "
             "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
         )
         notices.append(Notice(message, "resampled_background"))
@@ -75,7 +77,8 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
 def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """A `Background` in linear light, and notices."""
     array = isinstance(given.image, np.ndarray)
-    pixels, notices = (_linear(given.image), []) if array else _read(given.image)
+    taken = size if given.camera is None else given.camera.size
+    pixels, notices = (_linear(given.image), []) if array else _read(given.image, taken, given.orientation)
     name, own = "the background" if array else os.fspath(given.image), (pixels.shape[1], pixels.shape[0])
     if given.fit == "cover":
         return (pixels if own == size else _covering(pixels, size)), notices
@@ -99,7 +102,7 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph",
+            "expected the same; camera.resized((width, height)) returns the camera of a scaled photograph",
             code="wrong_shape",
         )
     if camera is None:
@@ -146,7 +149,9 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        message = (
+            f"{name}: {outside} pixels ({share:.3g} %) of the frame are outside the photograph and are black"
+        )
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return linear_from_srgb(seen), notices
@@ -201,13 +206,18 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
-    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
+def _read(
+    path: str | os.PathLike[str], size: tuple[int, int], orientation: str
+) -> tuple[Colors, list[Notice]]:
+    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
+
+    `size` is that of the camera that took it, by which its EXIF orientation is applied or not.
+    """
     try:
-        pixels, notices = _core.read_picture(path, False)
+        pixels, notices = read_oriented(path, size, orientation)
     except FormatError as fault:
         raise FormatError(
-            f"{fault}; expected a PNG or JPEG picture as a background", code="unknown_format"
+            f"{fault}; expected a PNG or JPEG image as a background", code="unknown_format"
         ) from None
     return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
@@ -239,7 +249,7 @@ def _color(color: Any) -> Colors:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)
     except WorldError as fault:
         raise SettingsError(
-            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}",
+            f"background {color!r} is neither a colour nor a .png or .jpg image: {str(fault).splitlines()[0]}",
             code="wrong_type",
         ) from None
     found: Colors = probe.triangle_colors()[0]

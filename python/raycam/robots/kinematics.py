@@ -89,7 +89,9 @@ class Kinematics:
         for joint in self.order:
             local = joint.parent_from_joint
             motion = self._motion(joint, values)
-            poses[joint.child] = poses[joint.parent] @ (local if motion is None else local @ motion)
+            moved = local if motion is None else local @ motion
+            after = moved if joint.joint_from_child is None else moved @ joint.joint_from_child
+            poses[joint.child] = poses[joint.parent] @ after
         return poses
 
     def _values(self, joint: Joint, values: Floats) -> Floats:
@@ -133,9 +135,10 @@ class Kinematics:
             joint = self._joint_of[link]
             if joint.type != "fixed":
                 start, multiplier, _ = self._sources[joint.name]
-                part = _joint_columns(
-                    joint, poses[joint.parent] @ joint.parent_from_joint, poses[link], origin
-                )
+                before, after = poses[joint.parent] @ joint.parent_from_joint, poses[link]
+                if joint.joint_from_child is not None:
+                    after = after @ np.linalg.inv(joint.joint_from_child)
+                part = _joint_columns(joint, before, after, origin)
                 jacobian[:, columns[start] : columns[start] + part.shape[1]] += multiplier * part
             link = joint.parent
         return jacobian

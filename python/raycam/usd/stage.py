@@ -105,7 +105,7 @@ class StageReader:
         ]
 
     def read(self) -> None:
-        """Reads all prims; one that cannot be read is reported."""
+        """Reads all prims; prims that cannot be read are reported in notices."""
         prims = []
         walk = iter(Usd.PrimRange.Stage(self.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
         for prim in walk:

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole
 from ..camera import Camera, check_camera
-from ..errors import Notice, WorldError
+from ..errors import FormatError, Notice, WorldError
 from ..notices import warn
 from ..rig import Rig
-from ..robots import FileResolver, JointValues, Robot
+from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
@@ -127,7 +127,7 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro, .sdf with one model); returns it, as in `robots`.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -151,22 +151,32 @@ class WorldBuilding(WorldContents):
         files = FileResolver(Path(path), folder, packages)
         if name is not None and (not isinstance(name, str) or not name):
             raise WorldError(f"a robot's name must be a string, got {name!r}")
-        with self._warning():
-            robot, notices = place_robot(
-                self,
-                path,
-                files,
-                name=name,
-                placement=placement,
-                geometry=geometry,
-                category=category,
-                missing=missing,
-                xacro_args=xacro_args,
+        models = read_robots(path, files, xacro_args)
+        if len(models) > 1:
+            names = ", ".join(model.description.name for model in models[:10])
+            raise FormatError(
+                f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
+                code="unsupported_feature",
             )
-            self._core.set_notices([*self._core.notices, *notices])
-        self._robots[robot.name] = robot
+        robot = self._add_model(
+            models[0],
+            files,
+            name=name,
+            placement=placement,
+            geometry=geometry,
+            category=category,
+            missing=missing,
+        )
         if joints is not None:
             self.set_joints(robot.name, joints, clamp_joints=clamp_joints)
+        return robot
+
+    def _add_model(self, model: RobotModel, files: FileResolver, **how: Any) -> Robot:
+        """Adds a robot of a file; `how` has the arguments of `place_robot`."""
+        with self._warning():
+            robot, notices = place_robot(self, model, files, **how)
+            self._core.set_notices([*self._core.notices, *notices])
+        self._robots[robot.name] = robot
         return robot
 
     def set_joints(self, robot: str, joints: JointValues, *, clamp_joints: bool = False) -> None:

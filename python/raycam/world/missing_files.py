@@ -17,6 +17,7 @@ MODELS = (
     ".toml",
     ".gltf",
     ".glb",
+    ".vrm",
     ".obj",
     ".ply",
     ".stl",

@@ -38,7 +38,7 @@ def is_robot(name: object) -> bool:
 
 def place_robot(
     world: WorldContents,
-    path: str | os.PathLike[str],
+    model: robots.RobotModel,
     files: robots.FileResolver,
     *,
     name: str | None,
@@ -46,26 +46,35 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
-    xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[robots.Robot, list[Notice]]:
     """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
-    All files are located before objects are added, so the world is unchanged if one is missing.
+    `placement` moves the origin of the file. All files are located before objects are added, so the world is unchanged
+    if one is missing.
     """
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
     one_of("category", category, ["link", "robot"])
-    description = robots.read_robot(path, files, xacro_args)
+    description = model.description
     robot = robots.Robot.at_zero(
-        description.name if name is None else name, description, _pose(world, placement)
+        description.name if name is None else name,
+        description,
+        _pose(world, placement) @ model.world_from_root,
     )
     if robot.name in world._robots:
         raise WorldError(
-            f"robot {robot.name!r}: the name is taken; pass another name=", code="duplicate_name"
+            f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
     builder = _Builder(world, robot, files, geometry, category)
     builder.find_meshes(missing)
     builder.add_objects()
+    for one in model.cameras:
+        full = f"{robot.name}/{one.name}"
+        if full in {camera for camera, _ in world._core.cameras}:
+            raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
+        placed = robots.place_camera(one.camera, robot.pose(one.link))
+        world._core.add_camera(full, placed._core)
+        robot._cameras.append((full, one.link, one.camera))
     return robot, list(dict.fromkeys([*description.notices, *files.notices, *builder.notices]))
 
 

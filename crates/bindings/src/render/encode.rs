@@ -42,6 +42,15 @@ pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResul
     Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices.into()))
 }
 
+/// float32 [height, width, 4] of a photograph's linear colours as its pixels lie, its EXIF orientation (1 to 8), and notices.
+#[pyfunction]
+pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, u8, Notices)> {
+    let (image, orientation, notices) = detached(py, || raycam_formats::read_photo(&path, &Budget::default()))?;
+    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
+    let shape = [image.size[1] as usize, image.size[0] as usize, 4];
+    Ok((array(py, pixels, &shape)?, orientation, notices.into()))
+}
+
 /// Name and array of each channel of an EXR file of one part: uint32 [height, width] with True, or the bits of float32.
 #[pyfunction]
 pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, bool, NewArray<'_, u32>)>> {

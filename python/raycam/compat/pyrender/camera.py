@@ -89,7 +89,7 @@ class PerspectiveCamera(Camera):
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
         """The matrix [4, 4] from camera to clip coordinates; raises `ValueError` without any aspect ratio."""
         if self.aspectRatio is None and (width is None or height is None):
-            raise ValueError("aspectRatio is not given: expected it, or the width and height of the picture")
+            raise ValueError("aspectRatio is missing; set it, or pass the image's width and height")
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
