@@ -87,10 +87,11 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
         value = _from_dlpack(name, value, error)
     elif getattr(value, "requires_grad", False):
         raise error(
-            f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()", code="wrong_type"
+            f"{name} requires a gradient, which raycam does not compute; pass {name}.detach()",
+            code="wrong_type",
         )
     elif (place := _device_of(value)) is not None:
-        raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()", code="wrong_type")
+        raise error(f"{name} is on {place}; raycam requires CPU memory, pass {name}.cpu()", code="wrong_type")
     refuse_mask(name, value, error)
     try:
         array = np.asarray(value)
@@ -106,7 +107,7 @@ def refuse_mask(name: str, value: object, error: type[Error] = SettingsError) ->
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = np.count_nonzero(value.mask)
         raise error(
-            f"{name} has {count} masked values: leave these rows out, or fill them ({name}.filled(...))",
+            f"{name} has {count} masked values; omit these rows or fill them ({name}.filled(...))",
             code="wrong_type",
         )
 
@@ -127,7 +128,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
         raise error(
-            f"{name} is on the device type {int(kind)} of DLPack: raycam works on the CPU, copy it there",
+            f"{name} is on the device type {int(kind)} of DLPack; raycam requires CPU memory, so copy it to the CPU",
             code="wrong_type",
         )
     try:

@@ -76,7 +76,7 @@ class _Bar:
         self._width = 0
 
     def rate(self, done: int) -> float:
-        """How much was done a second since the bar began; what was done before does not count."""
+        """Returns the work done per second since the bar appeared; earlier work is not counted."""
         self._begun = done if self._begun is None else self._begun
         return (done - self._begun) / max(time.monotonic() - self._start, 1e-9)
 

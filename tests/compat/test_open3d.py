@@ -396,10 +396,10 @@ def test_missing_methods_raise_with_an_alternative() -> None:
     mesh = compat.geometry.TriangleMesh.create_box()
     with pytest.raises(AttributeError, match=r"world\.topology"):
         mesh.is_watertight()
-    with pytest.raises(AttributeError, match="trimesh"):
+    with raises(AttributeError, mentions=["trimesh"]):
         mesh.subdivide_loop()
-    with pytest.raises(AttributeError, match="available: positions"):
+    with raises(AttributeError, mentions=["positions"]):
         _ = compat.t.geometry.TriangleMesh.create_box().vertex.normals
-    with pytest.raises(RuntimeError, match="CPU"):
+    with raises(RuntimeError, mentions=["cpu()"]):
         compat.core.Tensor([1]).cuda()
     assert not hasattr(mesh, "_private")

@@ -176,7 +176,7 @@ def test_some_times_outside_of_the_video_are_told(tmp_path: Path, times: list[fl
     world = wall(3.5)
     world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
     (notice,) = told(write(world, tmp_path, "coco", cameras=[ahead()] * 3, times=times))
-    assert f"{many} times are outside of what moves in the world (0 to 1 s)" in str(notice)
+    assert f"{many} times are outside the world's motion (0 to 1 s)" in str(notice)
 
 
 def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> None:

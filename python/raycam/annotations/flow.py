@@ -101,7 +101,8 @@ def disparity(
     right = camera_of(world, right)
     if not isinstance(of, str) or of not in ("left", "right"):
         raise CameraError(
-            f'of is {of!r}; expected "left" or "right", the camera that sees it', code="invalid_value"
+            f'of is {of!r}; expected "left" or "right", the camera whose image is computed',
+            code="invalid_value",
         )
     check_rectified(left, right)
     first, second = (left, right) if of == "left" else (right, left)
@@ -124,7 +125,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
             )
         if camera.shutter is not None:
             raise CameraError(
-                "not a rectified pair, because of a shutter: rows of one picture are no rows of the other; "
+                "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
                 "raycam.flow follows any two cameras, and camera.still() stands",
                 code="unsupported_camera",
             )

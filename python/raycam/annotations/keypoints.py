@@ -67,7 +67,7 @@ def keypoints(
     places = floats("points", points, ("n", 3))
     if triangles is not None and objects is None:
         raise SettingsError(
-            "triangles need objects, one for each: a triangle has its number in its object's mesh",
+            "triangles require objects, one for each triangle, because triangle ids belong to an object's mesh",
             code="wrong_shape",
         )
     numbers = {

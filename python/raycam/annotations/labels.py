@@ -169,7 +169,7 @@ def label(
     if instance.shape != (height, width) or instance.dtype.kind not in "iu":
         raise SettingsError(
             f"instance has the shape {list(instance.shape)} and the dtype {instance.dtype}; expected whole numbers "
-            f"{[height, width]}, as the camera's picture",
+            f"{[height, width]}, the size of the camera's image",
             code="wrong_shape",
         )
     columns, rows = (width, height) if margin is None else wholes("margin", margin, 0, 1 << 16, count=2)

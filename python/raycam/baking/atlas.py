@@ -55,7 +55,7 @@ def _unwrapped(corners: Floats, size: int) -> Floats:
         import xatlas
     except ImportError as error:
         raise SettingsError(
-            f"unwrapping needs xatlas ({error}): pip install 'raycam[atlas]', or use atlas=\"cells\"",
+            f"unwrapping requires xatlas ({error}); pip install 'raycam[atlas]', or use atlas=\"cells\"",
             code="missing_dependency",
         ) from None
     positions, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)

@@ -31,12 +31,12 @@ def opencv() -> Any:
         import cv2
     except ImportError as error:
         raise SettingsError(
-            f"the self-check needs OpenCV ({error}): pip install opencv-python-headless",
+            f"the self-check requires OpenCV ({error}); pip install opencv-python-headless",
             code="missing_dependency",
         ) from None
     if not hasattr(cv2, "aruco") or not hasattr(cv2.aruco, "CharucoDetector"):
         raise SettingsError(
-            f"the self-check needs OpenCV 4.8 or later with its aruco module, this is {cv2.__version__}: "
+            f"the self-check requires OpenCV 4.8 or later with its aruco module; installed: {cv2.__version__}: "
             "pip install --upgrade opencv-python-headless",
             code="missing_dependency",
         )

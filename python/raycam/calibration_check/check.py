@@ -167,8 +167,8 @@ def selfcheck(
         progress(views, views)
     if len(found) < MIN_VIEWS:
         raise SettingsError(
-            f"OpenCV found the board in {len(found)} of {views} views, it needs {MIN_VIEWS}: larger pictures, "
-            "more views or more samples help",
+            f"OpenCV found the board in {len(found)} of {views} views, but requires {MIN_VIEWS}; use larger "
+            "images, more views or more samples",
             code="out_of_range",
         )
     objects = [target.corners[numbers] for numbers, _, _ in found]

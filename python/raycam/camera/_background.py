@@ -51,7 +51,7 @@ class Background:
             )
         if self.fit == "cover" and self.camera is not None:
             raise CameraError(
-                'fit is "cover", of a picture that no camera took: give it without camera',
+                'fit is "cover", which cannot be combined with camera; omit one of them',
                 code="conflicting_values",
             )
 
@@ -60,7 +60,7 @@ class Background:
         """The image's path; raises `CameraError` for an array, because cameras store paths only."""
         if isinstance(self.image, np.ndarray) or not isinstance(self.image, str | os.PathLike):
             raise CameraError(
-                "a camera keeps the path of its background: give an array to raycam.render(..., background=array)",
+                "the background of a camera must be a path; pass arrays to raycam.render(..., background=array)",
                 code="wrong_type",
             )
         return os.fspath(self.image)

@@ -159,7 +159,7 @@ def _moment(given: Any) -> tuple[float, Any]:
         time, camera = given
     except (TypeError, ValueError):
         raise CameraError(
-            f"a track is a list of (seconds, camera), not of {given!r}", code="wrong_type"
+            f"a track must be a list of (seconds, camera), got {given!r}", code="wrong_type"
         ) from None
     return time, camera
 

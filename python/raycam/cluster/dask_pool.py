@@ -133,8 +133,8 @@ class DaskPool:
         """Notices for the user."""
         if not _is_private(client.scheduler.address):
             message = (
-                f"{client.scheduler.address} is neither encrypted nor authenticated: whoever reaches it can run "
-                "programs on its workers; use tls:// or a network of your own"
+                f"{client.scheduler.address} is neither encrypted nor authenticated, so anyone who can connect "
+                "to it can run programs on its workers; use tls:// or a private network"
             )
             self.notices.append(Notice(message, "insecure_cluster"))
 
@@ -248,8 +248,8 @@ class DaskPool:
         if seconds >= self._next_report:
             self._next_report = 2 * seconds
             message = (
-                f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: "
-                f"waiting for one (dask worker {self._client.scheduler.address})"
+                f"the Dask scheduler {self._client.scheduler.address} has had no workers for {seconds:.0f} s; start "
+                f"one with: dask worker {self._client.scheduler.address}"
             )
             self._tell(Notice(message, "waiting_for_workers"))
 

@@ -1,9 +1,9 @@
-"""Stand-in for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
+"""Replacement for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
 
-`RayMeshIntersector` has the methods, shapes and orders of the one over Embree. `install()` makes trimesh use it for
-every mesh made afterwards. Each crossing is found once, whatever the ray passes through, and a point is inside or
-outside the same in every call; bodies that overlap in one mesh are their union. A point on a surface belongs to one
-side of it: a box holds `low <= p < high`.
+`RayMeshIntersector` has the same methods, shapes and orders as trimesh's class for Embree. After `install()`, trimesh
+uses it for every new mesh. Each crossing is found exactly once, also at edges and corners, and inside tests are
+consistent between calls; overlapping bodies in one mesh count as their union. A point on a surface belongs to one
+side: a box contains `low <= p < high`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ Ids = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 MERGE_TOLERANCE = 1e-8
-"""Distance up to which trimesh takes a point to lie on the surface (`trimesh.constants.tol.merge`)."""
+"""Distance up to which trimesh treats a point as on the surface (`trimesh.constants.tol.merge`)."""
 
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with the way on: of trimesh's names, those of rays and nearest points alone are here."""
     raise AttributeError(
-        f"{name} of trimesh is not in raycam.compat.trimesh, which has rays and nearest points alone: meshes stay with "
-        "trimesh, or raycam.load(path) reads them"
+        f"{name} of trimesh is not in raycam.compat.trimesh, which supports only rays and nearest points; "
+        "keep meshes in trimesh, or load them with raycam.load(path)"
     )
 
 
 class RayMeshIntersector:
     """Ray queries of one mesh: anything with `vertices` [n, 3] and `faces` [m, 3].
 
-    The mesh may change: its world is built again when its hash differs. `scale_to_box` is taken and not needed.
+    The mesh may change; its world is rebuilt when its hash differs. `scale_to_box` is accepted and has no effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -48,7 +48,7 @@ class RayMeshIntersector:
 
     @property
     def world(self) -> World:
-        """The world with the mesh as it is now; its only object, 0, has the mesh's faces in order."""
+        """The world with the current mesh; its only object, 0, has the mesh's faces in order."""
         key = _hash_of(self.mesh)
         if self._built is None or self._built[0] != key:
             self._built = (key, _world_of(self.mesh))
@@ -57,7 +57,9 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike, multiple_hits: bool = True
     ) -> tuple[Floats, Ids, Ids]:
-        """Hits of rays [n, 3]: locations [m, 3], the ray and the triangle of each, in the order of `intersects_id`."""
+        """Returns the hits of rays [n, 3]: locations [m, 3], and the ray and triangle of each, in the order of
+        `intersects_id`.
+        """
         triangle, ray, location = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=None
         )
@@ -71,11 +73,12 @@ class RayMeshIntersector:
         max_hits: int | None = 100,
         return_locations: bool = False,
     ) -> Any:
-        """Hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` their locations [m, 3].
+        """Returns the hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` locations
+        [m, 3].
 
-        All first hits come in the order of the rays, then all second ones. With `multiple_hits` surfaces are crossed
-        (`World.intersections`), at most `max_hits` a ray; without, the first closed triangle is hit
-        (`World.cast_rays`), also at the border of an open mesh.
+        The first hits of all rays are returned in the order of the rays, followed by all second hits, and so on. With
+        `multiple_hits`, hits are crossings (`World.intersections`), at most `max_hits` per ray. Without, a hit is the
+        first triangle including its edges (`World.cast_rays`), also at the border of an open mesh.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         fields = ["triangle", "position"] if return_locations else ["triangle"]
@@ -93,18 +96,18 @@ class RayMeshIntersector:
         return triangle, ray
 
     def intersects_first(self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike) -> Ids:
-        """The first triangle that each ray hits, int64 [n]; -1 for none."""
+        """Returns the first triangle that each ray hits, int64 [n]; -1 for a miss."""
         hits = self.world.cast_rays(*_rays(ray_origins, ray_directions), fields=["triangle"])
         return hits["triangle"].astype(np.int64)
 
     def intersects_any(
         self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike
     ) -> npt.NDArray[np.bool_]:
-        """True [n] for rays that hit the mesh."""
+        """Returns True [n] for rays that hit the mesh."""
         return self.world.occluded(*_rays(ray_origins, ray_directions))
 
     def contains_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """True [n] for points [n, 3] inside of the mesh, by the rules of `World.inside`."""
+        """Returns True [n] for points [n, 3] inside the mesh, by the rules of `World.inside`."""
         return self.world.inside(_points(points))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -121,9 +124,10 @@ class RayMeshIntersector:
 
 
 def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
-    """The closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
+    """Returns the closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
 
-    As `trimesh.proximity.closest_point`: of triangles at equal distance, the one that faces the point most is returned.
+    As in `trimesh.proximity.closest_point`, the triangle most directed towards the point is returned among triangles
+    at equal distance.
     """
     queries = _points(points)
     found = _world_for(mesh).closest_points(queries)
@@ -194,7 +198,9 @@ def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
 
 
 def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:
-    """Distances [n] of `points` [n, 3] from a mesh, **positive inside**, as `trimesh.proximity.signed_distance`."""
+    """Returns distances [n] of `points` [n, 3] from a mesh, **positive inside**, as in
+    `trimesh.proximity.signed_distance`.
+    """
     distance = _world_for(mesh).signed_distance(_points(points))
     return np.where(np.abs(distance) <= MERGE_TOLERANCE, np.abs(distance), -distance)
 
@@ -203,10 +209,11 @@ _originals: dict[str, Any] = {}
 
 
 def install(nearest: bool = False) -> None:
-    """Makes trimesh use raycam for rays of every mesh that is made from now on, copies and submeshes too.
+    """Makes trimesh use raycam for the rays of every mesh created from now on, including copies and submeshes.
 
-    `trimesh.ray.ray_pyembree` becomes this module. Meshes made with `use_embree=False` keep the engine of NumPy. With
-    `nearest`, `trimesh.proximity.closest_point` and `signed_distance` are replaced as well, which `mesh.nearest` calls.
+    `trimesh.ray.ray_pyembree` is replaced by this module. Meshes created with `use_embree=False` keep trimesh's NumPy
+    engine. With `nearest`, `trimesh.proximity.closest_point` and `signed_distance`, which `mesh.nearest` calls, are
+    also replaced.
     """
     ray = importlib.import_module("trimesh.ray")
     if not _originals:
@@ -228,7 +235,7 @@ def install(nearest: bool = False) -> None:
 
 
 def uninstall() -> None:
-    """Undoes `install`; meshes made meanwhile keep their `mesh.ray`."""
+    """Undoes `install`; meshes created in the meantime keep their `mesh.ray`."""
     if not _originals:
         return
     ray = importlib.import_module("trimesh.ray")

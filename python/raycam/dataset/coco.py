@@ -28,13 +28,13 @@ def check(plan: Plan) -> None:
     for name, points in plan.options["keypoints"].items():
         if name not in plan.categories.values():
             raise SettingsError(
-                f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}",
+                f"keypoints: unknown category {name!r}, only {list(plan.categories.values())}",
                 code="unknown_name",
             )
         wanted = {"names", "points"}
         if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton", "triangles"}):
             raise SettingsError(
-                f'keypoints of {name!r}: expected "names", "points" and perhaps "triangles", "skeleton"',
+                f'keypoints of {name!r}: expected the keys "names", "points" and optionally "triangles", "skeleton"',
                 code="wrong_shape",
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
@@ -44,7 +44,7 @@ def check(plan: Plan) -> None:
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one of triangles for each of the names", code="wrong_shape"
+                f"keypoints of {name!r}: expected one triangle for each of the names", code="wrong_shape"
             )
 
 

@@ -133,7 +133,7 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
         raise JobError(
-            f"{settings['folder']}: {', '.join(changed)}: not as it was when the job began",
+            f"{settings['folder']}: {', '.join(changed)} changed since the job began",
             code="changed_input",
         )
     pairs = list(zip(cameras, settings["names"], strict=True))
@@ -146,7 +146,7 @@ def _with(world: World, cameras: list[Any]) -> World:
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
         raise JobError(
-            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are for the views",
+            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are reserved for views",
             code="duplicate_name",
         )
     return world.with_cameras({f"{PREFIX}-{number:06d}": camera for number, camera in enumerate(cameras)})
@@ -156,4 +156,4 @@ def _plain(value: Any) -> Any:
     """Converts NumPy's numbers and arrays for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"{value!r} is no number, text, list or table")
+    raise TypeError(f"{value!r} is not a number, string, list or table")

@@ -46,7 +46,8 @@ def check(plan: Plan) -> None:
         )
     if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
         raise SettingsError(
-            "rigs and single cameras together: KITTI's pictures are all of pairs, or none is",
+            "rigs and single cameras cannot be combined, because KITTI's images are either all stereo pairs "
+            "or all single",
             code="conflicting_values",
         )
     for frame in plan.rigs:
@@ -66,11 +67,11 @@ def check(plan: Plan) -> None:
             check_rectified(view.camera, shifted_camera(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError(
-            "flow goes from each view to the next of the same world: not with a recipe",
+            "flow connects consecutive views of one world and cannot be used with a recipe",
             code="conflicting_values",
         )
     if plan.options["flow"] and units(plan) < 2:
-        raise SettingsError("flow goes from each view to the next: there is only one", code="missing_value")
+        raise SettingsError("flow requires at least two views", code="missing_value")
 
 
 def units(plan: Plan) -> int:

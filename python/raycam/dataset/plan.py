@@ -330,8 +330,8 @@ def check_poses(plan: Plan, format: str) -> None:
         shutter = view.camera.shutter
         if shutter is not None and shutter["readout"] > 0 and len(shutter["track"]) > 1:
             raise CameraError(
-                f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
-                "webdataset have none, or the whole camera",
+                f"camera {number} has a rolling shutter, but {format} stores one pose for each image; use "
+                "coco or webdataset",
                 code="unsupported_camera",
             )
 

@@ -46,8 +46,8 @@ def check_tum(plan: Plan) -> None:
         time = timestamp(plan, number)
         if time in views:
             raise SettingsError(
-                f"views {views[time]} and {number} are both of the time {time}, which names their pictures; an RGB-D"
-                " sequence has one at a time",
+                f"views {views[time]} and {number} are both of the time {time}, but the time is the image's "
+                "name; an RGB-D sequence requires distinct times",
                 code="duplicate_name",
             )
         views[time] = number

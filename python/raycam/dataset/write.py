@@ -402,8 +402,8 @@ def late_times(plan: Plan) -> list[Notice]:
     unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
     many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
     message = (
-        f"{many} are outside of what moves in the world (0 to {max(ends):g} s): the first is {first!r}{unit}. The "
-        "world stands still there: give seconds from its beginning (--time-offset first)"
+        f"{many} are outside the world's motion (0 to {max(ends):g} s): the first is {first!r}{unit}. The world "
+        "does not move at these times; use seconds from its beginning (--time-offset first)"
     )
     return [Notice(message, "outside_times")]
 

@@ -201,7 +201,7 @@ def _converter(suffix: str) -> Callable[..., bytes]:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: without the library cairo
         raise SettingsError(
-            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg",
+            f"{suffix} figures require CairoSVG ({error}); pip install 'raycam[figure]', or write .svg",
             code="missing_dependency",
         ) from None
     convert: Callable[..., bytes] = getattr(cairosvg, f"svg2{suffix[1:]}")
@@ -237,8 +237,8 @@ def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
     width, height = camera.size
     if not (0 <= column < width and 0 <= row < height):
         raise SettingsError(
-            f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
-            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}",
+            f"pixel ({column}, {row}) is outside the image of {width} x {height}; columns are 0 to "
+            f"{width - 1}, rows 0 to {height - 1}",
             code="out_of_range",
         )
     return column, row

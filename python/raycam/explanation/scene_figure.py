@@ -1,4 +1,4 @@
-"""Figures of light and of the tree: lines in the world over the picture, and over a view from the side."""
+"""Figures of the light and of the search tree: lines drawn over the image and over a side view."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ class WorldCollector:
                 image = image.convert("RGBA")
             pixels = to_array(image)
             if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
-                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
+                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is omitted"
                 self.notices.append(Notice(message, "ignored_element"))
                 return None
             self.images[id(image)] = self.glb.texture(pixels)
@@ -119,7 +119,7 @@ def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str,
     """Builds the world; raises `WorldError` if there are no triangles."""
     if not collector.glb._lists.get("nodes"):
         why = f" ({'; '.join(map(str, collector.notices))})" if collector.notices else ""
-        raise WorldError(f"{name}: there are no triangles: nothing to see{why}", code="nothing_visible")
+        raise WorldError(f"{name}: the geometry has no triangles{why}", code="nothing_visible")
     return collector.world(name, up, camera)
 
 

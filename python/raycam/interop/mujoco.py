@@ -182,7 +182,7 @@ def _material(model: Any, geom: int, notices: list[Notice]) -> dict[str, Any]:
                 srgb = srgb * (pixels[:, :3].mean(axis=0) / 255 if channels >= 3 else pixels.mean() / 255)
                 notices.append(
                     Notice(
-                        f"material {_name(model, 'mat', material)!r}: its texture is shown as its mean colour",
+                        f"material {_name(model, 'mat', material)!r}: its texture is replaced by its mean colour",
                         "approximated_value",
                     )
                 )
@@ -244,7 +244,7 @@ def _add_lights(world: World, model: Any, data: Any, notices: list[Notice]) -> N
             ambient += diffuse / 2
             notices.append(
                 Notice(
-                    f"light {_name(model, 'light', light)!r}: shown as even light from the sky",
+                    f"light {_name(model, 'light', light)!r}: replaced by uniform light from the sky",
                     "approximated_value",
                 )
             )

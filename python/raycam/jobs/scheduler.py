@@ -1,7 +1,7 @@
 """Scheduling of frames on workers that may fail: retries, and speculative copies of stragglers.
 
 A frame is finished when its first result arrives in this process; later results of the same frame are dropped. So
-workers may die, stall and come back, or answer twice.
+workers may die, stall and recover, or return a result twice.
 """
 
 from __future__ import annotations

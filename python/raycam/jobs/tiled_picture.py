@@ -1,4 +1,4 @@
-"""A large picture as a job of tiles, assembled bit for bit as if rendered at once."""
+"""A large image as a job of tiles; the assembled image is bit-identical to one that is rendered at once."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def job_package(
     for name in ("time_limit", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
             raise SettingsError(
-                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise_threshold",
+                f"{name} requires the whole image and cannot be used with tiles; use samples or noise_threshold",
                 code="conflicting_values",
             )
     seen = world.default_camera() if camera is None else camera
@@ -62,7 +62,7 @@ def job_package(
         and y + height <= seen.size[1]
     ):
         raise SettingsError(
-            f"region {region} (x, y, width, height) is not in a picture of {seen.size}", code="out_of_range"
+            f"region {region} (x, y, width, height) is outside an image of {seen.size}", code="out_of_range"
         )
     names = channel_names(channels)
     if settings.get("transparent_background") and "color" in names:

@@ -54,7 +54,7 @@ class BackgroundFolder:
             )
         if not self._root.is_dir():
             raise WorldError(
-                f"background.folder = {name!r}: there is no such folder in {folder}", code="unknown_name"
+                f"background.folder = {name!r}: folder not found in {folder}", code="unknown_name"
             )
         paths = (path for path in self._root.rglob("*") if path.suffix.lower() in ENDINGS)
         inside = [
@@ -64,7 +64,7 @@ class BackgroundFolder:
         """The names of the images in the folder, sorted."""
         if not self.files:
             raise WorldError(
-                f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}",
+                f"background.folder = {name!r} contains no images; expected {', '.join(ENDINGS)}",
                 code="missing_value",
             )
 

@@ -38,7 +38,8 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
     for key in INTRINSICS:
         if key in more:
             raise WorldError(
-                f"{what}: {key} and calibration: the file {path.name} gives it already", code="duplicate_name"
+                f"{what}: {key} and calibration: the file {path.name} already contains it",
+                code="duplicate_name",
             )
     try:
         cameras = load_cameras(path, model=row.get("lens"), up="y" if up == "y" else "z")

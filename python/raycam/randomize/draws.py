@@ -82,7 +82,8 @@ class RandomStream:
                 lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
                     raise WorldError(
-                        f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it", code="duplicate_name"
+                        f"{where}: {', '.join(twice)}: given both in {ONE_OF} and next to it",
+                        code="duplicate_name",
                     )
                 table |= lent
             return {
@@ -130,7 +131,7 @@ def _integer(draw: RandomStream, given: Any) -> int:
 def _choice(draw: RandomStream, given: Any) -> Any:
     """A random item of a list."""
     if not isinstance(given, list | tuple) or not given:
-        raise ValueError("expected a list of what to choose from")
+        raise ValueError("expected a list of values to choose from")
     return given[draw.integer(0, len(given) - 1)]
 
 

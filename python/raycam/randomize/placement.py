@@ -182,9 +182,10 @@ class PlacementSampler:
                         return self._world_axes(pose)
         size = np.ptp(shape.outline, axis=0)
         raise RejectedSample(
-            f"{what}: there is no room on {surface or 'the world'}{f' after {tries} tries' if tries else ''}: it needs "
+            f"{what}: no space found on {surface or 'the world'}{f' after {tries} tries' if tries else ''}: "
+            "the object needs "
             f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {areas[-1] / 2:.3g} m² with "
-            f"{len(self._taken)} things on it; fewer or smaller things, a larger surface or a smaller gap make room"
+            f"{len(self._taken)} objects on it; use fewer or smaller objects, a larger surface or a smaller gap"
         )
 
     def _is_too_large(self, shape: ConvexPrism, surface: str | None, ground: Floats, gap: float) -> bool:

@@ -236,7 +236,7 @@ class Recipe:
                 except WorldError as fault:
                     raise WorldError(f"{self._source}{fault}", code=fault.code) from None
         raise WorldError(
-            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
+            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, all rejected)"
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
@@ -271,7 +271,7 @@ class Recipe:
                 placed.append((item, how, place))
             elif how:
                 raise WorldError(
-                    f"object {item.get('name', '')!r}: gap goes with on, which is missing",
+                    f"object {item.get('name', '')!r}: gap requires on, which is missing",
                     code="missing_value",
                 )
             else:
@@ -316,7 +316,9 @@ class Recipe:
             )
         for key in ("up", "render"):
             if key in table:
-                raise WorldError(f"{key}: it is for {table['world']} to say", code="conflicting_values")
+                raise WorldError(
+                    f"{key}: this key must be set in {table['world']}", code="conflicting_values"
+                )
         # World.at returns a separate world that shares the acceleration structures.
         world = self._base.at(0.0)
         for item in objects:
@@ -340,12 +342,15 @@ class Recipe:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
             if "location" in item or "instance_of" in item:
                 raise WorldError(
-                    f"{what}: location and instance_of do not go with on, which finds it a place",
+                    f"{what}: location and instance_of cannot be used with on, which chooses the position",
                     code="conflicting_values",
                 )
             gap = how.get("gap", MIN_GAP)
             if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
-                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}", code="out_of_range")
+                raise WorldError(
+                    f"{what}: gap must be a distance in metres of at least 0, got {gap!r}",
+                    code="out_of_range",
+                )
             if not isinstance(how["on"], str):
                 raise WorldError(
                     f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type"
@@ -443,7 +448,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
     try:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise FormatError(f"{path}: no TOML: {fault}") from None
+        raise FormatError(f"{path}: not a TOML file: {fault}") from None
 
 
 def _named(item: Mapping[str, Any], what: str) -> str:

@@ -52,7 +52,7 @@ def place_camera(
     aside = range_of(f"{what}: off_center", wanted.get("off_center"), (0.2, 0.2))[1]
     if not 0.0 <= least <= 1.0 or not 0.0 <= coverage[0] <= coverage[1] <= 1.0:
         raise WorldError(
-            f"{what}: coverage and visible are shares, from 0 to 1, not {coverage} and {least}",
+            f"{what}: coverage and visible must be fractions from 0 to 1, got {coverage} and {least}",
             code="out_of_range",
         )
     if distance[0] <= 0.0:
@@ -78,7 +78,7 @@ def place_camera(
             return placed
     raise RejectedSample(
         f"{what}: after {MAX_TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
-        f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
+        f"{coverage[1]:g} of the image and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
         f"{_closest(best, box.size)}; wider ranges, another focal length or fewer things in the way would"
     )
 
@@ -97,7 +97,7 @@ def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
     if wanted is None:
         found = [item.id for item in objects if item.category is not None] or [item.id for item in objects]
         if not found:
-            raise RejectedSample(f"{what}: there is no object to see")
+            raise RejectedSample(f"{what}: the world has no object to show")
     else:
         found = [item.id for item in objects if wanted in (item.name, item.category)]
         names = [item.name for item in objects] + [

@@ -98,5 +98,7 @@ def _refuse_sides_and_files(name: str) -> None:
         )
     if os.path.splitext(name)[1].lower() in CALIBRATION_EXTENSIONS:
         raise with_code(
-            FileNotFoundError(errno.ENOENT, "No such file, and the world has no camera of this name", name)
+            FileNotFoundError(
+                errno.ENOENT, "file not found, and the world has no camera with this name", name
+            )
         )

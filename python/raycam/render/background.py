@@ -55,7 +55,8 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         if pixels.shape == (height, width, 3):
             return pixels, notices
         message = (
-            f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
+            f"{os.fspath(given)} of {_size(pixels)} is scaled and cropped to cover the frame of {width} x "
+            f"{height}: only "
             "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
         )
         notices.append(Notice(message, "resampled_background"))
@@ -101,7 +102,7 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph",
+            "expected the same; camera.resized((width, height)) returns the camera of a scaled photograph",
             code="wrong_shape",
         )
     if camera is None:
@@ -148,7 +149,9 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        message = (
+            f"{name}: {outside} pixels ({share:.3g} %) of the frame are outside the photograph and are black"
+        )
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return linear_from_srgb(seen), notices
@@ -214,7 +217,7 @@ def _read(
         pixels, notices = read_oriented(path, size, orientation)
     except FormatError as fault:
         raise FormatError(
-            f"{fault}; expected a PNG or JPEG picture as a background", code="unknown_format"
+            f"{fault}; expected a PNG or JPEG image as a background", code="unknown_format"
         ) from None
     return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
@@ -246,7 +249,7 @@ def _color(color: Any) -> Colors:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)
     except WorldError as fault:
         raise SettingsError(
-            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}",
+            f"background {color!r} is neither a colour nor a .png or .jpg image: {str(fault).splitlines()[0]}",
             code="wrong_type",
         ) from None
     found: Colors = probe.triangle_colors()[0]

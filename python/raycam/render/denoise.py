@@ -27,7 +27,7 @@ def load() -> Any:
         import pyoidn
     except ImportError as error:
         raise SettingsError(
-            f"denoising needs Open Image Denoise ({error}): pip install 'raycam[denoise]', or leave denoise out",
+            f"denoising requires Open Image Denoise ({error}); pip install 'raycam[denoise]', or omit denoise",
             code="missing_dependency",
         ) from None
     return pyoidn

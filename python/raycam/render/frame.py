@@ -151,7 +151,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if not (self.transparent and "alpha" in self._channels):
             raise SettingsError(
-                "no opacity: render it with transparent_background=True and the channels color and alpha",
+                "the frame has no opacity; render it with transparent_background=True and the channels color and alpha",
                 code="missing_value",
             )
         alpha = self._channels["alpha"][..., np.newaxis]
@@ -168,7 +168,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
             raise SettingsError(
-                f"no picture without the channel color; this frame has {', '.join(self._channels)}",
+                f"the channel color is missing; this frame has {', '.join(self._channels)}",
                 code="missing_value",
             )
         stops = self.exposure if exposure is None else check_option("exposure", exposure)
@@ -332,7 +332,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """
         if self.camera is None:
             raise SettingsError(
-                "this frame has no camera: it was merged from those of several", code="missing_value"
+                "this frame has no camera, because it was merged from frames of several cameras",
+                code="missing_value",
             )
         x, y, width, height = self.region
         centers = self.camera._centers()[y : y + height, x : x + width]
@@ -446,13 +447,13 @@ def check_save(
         others = [name for name in names if name not in held]
         if others:
             raise SettingsError(
-                f"{target}: a {ending} file holds the channel color alone, and {', '.join(others)} would be lost: save"
-                " it as .exr or .npz",
+                f"{target}: a {ending} file stores only the channel color; {', '.join(others)} would be "
+                "lost; save as .exr or .npz",
                 code="cannot_write",
             )
     if transparent and ending in OPAQUE:
         raise SettingsError(
-            f"{target}: a {ending} file has no opacity: take .png or .exr", code="cannot_write"
+            f"{target}: a {ending} file cannot store opacity; use .png or .exr", code="cannot_write"
         )
     if target.suffix.lower() in (*PICTURES, ".hdr"):
         names = ["color"] if "color" in names else names[:1]
@@ -465,9 +466,7 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
     ending = target.suffix.lower()
     shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:
-        message = (
-            f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
-        )
+        message = f"{target}: a {ending} file cannot store opacity and shows the colour over black; use .png or .exr"
         yield Notice(message, "not_written")
     if ending == ".exr" and flag("half", options.get("half", False)):
         lost = {}
@@ -481,7 +480,7 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
         if counts:
             message = (
                 f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
-                " half=False holds them"
+                " use half=False to keep them"
             )
             yield Notice(message, "values_lost")
 
@@ -503,7 +502,7 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
             )
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
         raise FormatError(
-            f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}", code="unknown_format"
+            f"{target}: {guess}; images can be saved as {', '.join(SAVERS)}", code="unknown_format"
         )
     names = list(channels)
     if ending in PICTURES and "color" not in names and options.get("channel") is None and len(names) > 1:

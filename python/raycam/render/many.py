@@ -139,14 +139,15 @@ def render_many(
     filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].
     `progress(done, total)` counts images; an exception that it raises stops the work, as Ctrl-C does.
 
-    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for lengths and shapes that do not
-    match, and the errors of `render`.
+    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for wrong shapes, and `render`'s errors.
     """
     world = world_of(world)
     several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]
     seen = [camera_of(world, mounted_camera(world, camera)) for camera in several]
     if not seen:
-        raise SettingsError("cameras is empty: expected one, or one for each picture", code="missing_value")
+        raise SettingsError(
+            "cameras is empty; expected one camera, or one for each image", code="missing_value"
+        )
     _check_sizes(seen)
     moved, seen = _by_joints(world, seen, poses, joints)
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
@@ -279,7 +280,7 @@ def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
-            f"poses[{which!r}]: the last row must be 0 0 0 1: are the matrices transposed?",
+            f"poses[{which!r}]: the last row must be 0 0 0 1; the matrices may be transposed",
             code="invalid_matrix",
         )
     return found.reshape(-1, 4, 4)
@@ -290,7 +291,7 @@ def _check_sizes(cameras: Sequence[Camera]) -> None:
     if any(camera.size != cameras[0].size for camera in cameras):
         sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in cameras}))
         raise SettingsError(
-            f"cameras of {sizes} pixels: pictures of one call have one size", code="wrong_shape"
+            f"cameras of {sizes} pixels; all images of a call must have the same size", code="wrong_shape"
         )
 
 
@@ -299,10 +300,10 @@ def _count(lengths: dict[str, int]) -> int:
     count = max(lengths.values())
     if 0 in lengths.values():
         empty = next(name for name, length in lengths.items() if length == 0)
-        raise SettingsError(f"{empty} is empty: expected one, or one for each picture", code="missing_value")
+        raise SettingsError(f"{empty} is empty; expected one, or one for each image", code="missing_value")
     if any(length not in (1, count) for length in lengths.values()):
         said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
-        raise SettingsError(f"{said}: expected one for all pictures, or as many of each", code="wrong_shape")
+        raise SettingsError(f"{said}; expected one for all images, or equal numbers", code="wrong_shape")
     return count
 
 

@@ -49,7 +49,7 @@ def blank_notices(
     seen = _seen(world, camera, planes, truth)
     if not seen.any():
         message = (
-            "nothing is seen: no object covers the centre of a pixel; the camera is at "
+            "nothing is visible: no object covers the centre of a pixel; the camera is at "
             f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
         )
         yield Notice(message, "nothing_visible")
@@ -62,14 +62,14 @@ def blank_notices(
         enclosing = _enclosing_object(world, camera, instances)
         if enclosing is not None:
             message = (
-                f"what is seen is black: the camera is inside object {enclosing!r}, which no light passes and whose "
-                "inside does not shine; move the camera out of it, or use set_object(..., visible=False)"
+                f"the image is black, because the camera is inside object {enclosing!r}, which is opaque and "
+                "does not emit light inside; move the camera out of it, or use set_object(..., visible=False)"
             )
             yield Notice(message, "nothing_lit")
             return
         message = (
-            "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
-            "where they shine, and colours of 0"
+            "all visible objects are black, because no light reaches them or their materials reflect none; check "
+            "the lights' positions and directions, and colours of 0"
         )
         yield Notice(message, "nothing_lit")
         return

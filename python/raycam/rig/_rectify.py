@@ -22,7 +22,7 @@ def rectified(
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
-                f"the {name} camera has parallel rays: it has no centre to see disparities from",
+                f"the {name} camera has parallel rays: it has no centre, which disparity requires",
                 code="unsupported_camera",
             )
     left, right = left.still(), right.still()
@@ -66,7 +66,7 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
         x, y, z = product(R, direction)
         if not z > 0.0:
             raise CameraError(
-                "the two cameras look in directions that no rectified pair sees: give K",
+                "the two cameras' viewing directions cannot be rectified automatically; pass K",
                 code="unsupported_camera",
             )
         seen.append([focal * x / z, focal * y / z])

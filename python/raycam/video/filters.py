@@ -1,4 +1,4 @@
-"""FFmpeg's filters between pictures and encoders."""
+"""FFmpeg's filters between images and encoders."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Picture = npt.NDArray[np.uint8]
 
 
 def as_rate(fps: float) -> Fraction:
-    """The frame rate as the ratio that files store."""
+    """Returns the frame rate as the ratio that files store."""
     return Fraction(fps).limit_denominator(10_000)
 
 
@@ -82,5 +82,5 @@ class Filters:
             except (av.BlockingIOError, av.EOFError):
                 return frames
             if not isinstance(frame, av.VideoFrame):  # for mypy: video filters return video frames
-                raise TypeError(f"{frame!r} is no picture")
+                raise TypeError(f"{frame!r} is not an image")
             frames.append(frame)

@@ -74,7 +74,8 @@ class VideoPlan:
         if rig is not None:
             if camera is not None:
                 raise SettingsError(
-                    "a rig and a camera: a film shows what one camera sees", code="conflicting_values"
+                    "rig and camera cannot be combined, because a video shows one camera; omit one of them",
+                    code="conflicting_values",
                 )
             if rig[1] not in rig[0]:
                 raise CameraError(nearest("camera", rig[1], list(rig[0])), code="unknown_name")

@@ -45,7 +45,7 @@ TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
 
 class Server:
-    """Serves sessions made by `make_session` until `close`. Raises `OSError` where it cannot listen."""
+    """Serves sessions created by `make_session` until `close`; raises `NetworkError` if it cannot listen."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class Server:
         server = self
 
         class Counted(ServerConnection):
-            """A connection that is cut where there are too many."""
+            """A connection that is closed if there are too many."""
 
             counted = False
 
@@ -362,7 +362,7 @@ def _listening(host: str, port: int | None) -> socket.socket:
 
 
 def machine_addresses(host: str) -> list[str]:
-    """The addresses under which a server on all networks is reached, this machine's own first."""
+    """Returns the addresses of a server that listens on all networks, with this machine's loopback address first."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = ["::1" if family == socket.AF_INET6 else "127.0.0.1"]
     with contextlib.suppress(OSError):

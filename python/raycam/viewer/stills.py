@@ -72,7 +72,7 @@ class Refinement:
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
-        """Takes a step, and its time and change; returns a frame where there is one. Raises `Cancelled`."""
+        """Executes a step and measures its time and change; returns a frame or None. Raises `Cancelled`."""
         began = time.perf_counter()
         try:
             frame = self.refine(cancel)
@@ -100,7 +100,7 @@ class Refinement:
         return self.samples * width * height / self.seconds if self.seconds > 0 else 0.0
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Takes a step; returns a frame where there is one to be shown. Raises `Cancelled`, which loses nothing."""
+        """Executes a step; returns a frame if one should be shown. Raises `Cancelled`, which loses no samples."""
         raise NotImplementedError
 
     @property

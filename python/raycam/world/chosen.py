@@ -41,7 +41,7 @@ def object_number(core: _core.World, which: int | str) -> int:
     found = _numbers([parts[0] for parts in core.objects], which)
     if len(found) != 1:
         raise WorldError(
-            f"{len(found)} objects are called {which!r} (numbers {found}): give the number",
+            f"{len(found)} objects have the name {which!r} (numbers {found}); use a number",
             code="duplicate_name",
         )
     return found[0]

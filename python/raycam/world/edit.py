@@ -36,7 +36,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     if "faces" in keys:
         if "triangles" in keys:
             raise WorldError(
-                "faces and triangles: they are the same, give one of them", code="conflicting_values"
+                "faces and triangles are the same key; give one of them", code="conflicting_values"
             )
         keys["triangles"] = keys.pop("faces")
     if is_usd(keys.get("mesh")):
@@ -57,7 +57,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     given = {name: value for name, value in keys.items() if value is not None}
     if not given:
         raise WorldError(
-            "set_object: nothing to change is given, as in set_object(which, matrix=...)",
+            "set_object requires at least one key, for example set_object(which, matrix=...)",
             code="missing_value",
         )
     return given
@@ -70,7 +70,7 @@ def describe_light_change(
     given = light_keys(description, keys)
     if not given:
         raise WorldError(
-            "set_light: nothing to change is given, as in set_light(number, irradiance=...)",
+            "set_light requires at least one key, for example set_light(number, irradiance=...)",
             code="missing_value",
         )
     if given.get("type", light["type"]) != light["type"]:

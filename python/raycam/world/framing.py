@@ -88,11 +88,11 @@ def framing_camera(
     found = [bounding_corners(moment, most) for moment in moments or (world,)]
     clouds = [cloud for cloud in found if cloud is not None]
     if not clouds:
-        raise CameraError("the world has no objects: there is nothing to look at", code="nothing_visible")
+        raise CameraError("the world has no objects to show", code="nothing_visible")
     points = np.concatenate(clouds)
     if not 0 < zoom < np.inf:
         raise SettingsError(
-            f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again",
+            f"zoom is {zoom!r}: expected a number above 0, for example 1.5 for 50 % larger",
             code="out_of_range",
         )
     _, front, upward = axes_of(world.up)
@@ -126,7 +126,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     """
     if camera.is_parallel:
         raise CameraError(
-            "the rays of this camera are parallel: no distance makes the world fit its picture",
+            "the camera has parallel rays, so no distance makes the world fit into its image",
             code="unsupported_camera",
         )
     half = FILLED_SHARE * zoom * np.array(camera.size) / 2
@@ -149,7 +149,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
             low, high = high, 2 * high
             if high > MAX_DISTANCE * radius:
                 raise CameraError(
-                    f"no distance makes the world fit the picture of {camera!r}", code="unsupported_camera"
+                    f"no distance makes the world fit into the image of {camera!r}", code="unsupported_camera"
                 )
         while high - low > 1e-4 * high:
             between = (low + high) / 2
@@ -172,13 +172,13 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(ray).all():
         raise CameraError(
-            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}",
+            f"the image centre has no ray, pixel {pixel.tolist()}, of {camera!r}",
             code="unsupported_camera",
         )
     x, y, z = ray / np.sqrt((ray * ray).sum())
     if z < -0.999:
         raise CameraError(
-            f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}",
+            f"the image centre, pixel {pixel.tolist()}, looks backwards in {camera!r}",
             code="unsupported_camera",
         )
     # Rodrigues' rotation of (0, 0, 1) to (x, y, z).

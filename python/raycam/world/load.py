@@ -239,7 +239,7 @@ def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
         raise SettingsError(
-            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top',
+            f'{os.fspath(path)}: a world file specifies its up axis; write up = "{up}" at its top',
             code="conflicting_values",
         )
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")

@@ -63,7 +63,7 @@ def place_robot(
     )
     if robot.name in world._robots:
         raise WorldError(
-            f"robot {robot.name!r}: the name is taken; pass another name=", code="duplicate_name"
+            f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
     builder = _Builder(world, robot, files, geometry, category)
     builder.find_meshes(missing)

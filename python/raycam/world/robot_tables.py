@@ -121,7 +121,7 @@ def _mount(world: WorldBuilding, robot: Robot, table: dict[str, Any], folder: Pa
         on_link = _calibrated(_inside(folder, str(calibration)), table)
     full = f"{robot.name}/{name}"
     if full in world.cameras:
-        raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
+        raise WorldError(f"camera {full!r}: the name already exists", code="duplicate_name")
     world.add_camera(place_camera(on_link, robot.pose(link)), full)
     robot._cameras.append((full, link, on_link))
 

@@ -53,7 +53,7 @@ def add_ground(
     bounds = without_ground(world).bounds
     if bounds is None and (height is None or size is None):
         raise WorldError(
-            "the world is empty: add its objects first, or give the ground's height and size",
+            "the world is empty; add objects first, or pass the ground's height and size",
             code="missing_value",
         )
     low, high = np.zeros((2, 3)) if bounds is None else bounds

@@ -33,7 +33,8 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     for taken in ("direction",) if kind != "area" else ("u", "v"):
         if taken in keys:
             raise WorldError(
-                f"target and {taken}: both aim the light; give one of them", code="conflicting_values"
+                f"target and {taken} cannot be combined, because both aim the light; give one of them",
+                code="conflicting_values",
             )
     if "position" not in keys:
         raise WorldError(

@@ -25,7 +25,7 @@ def h5py() -> ModuleType:
         return importlib.import_module("h5py")
     except ImportError:
         raise SettingsError(
-            "the format hdf5 needs h5py: pip install 'raycam[hdf5]'", code="missing_dependency"
+            "the format hdf5 requires h5py; pip install 'raycam[hdf5]'", code="missing_dependency"
         ) from None
 
 

@@ -31,13 +31,13 @@ def check(plan: Plan) -> None:
         for name in plan.options[option]:
             if name not in plan.categories.values():
                 raise SettingsError(
-                    f"{option}: there is no category {name!r}, only {list(plan.categories.values())}",
+                    f"{option}: unknown category {name!r}, only {list(plan.categories.values())}",
                     code="unknown_name",
                 )
     for number in [plan.options["void"], *label_ids(plan).values()]:
         if not (isinstance(number, int) and 0 <= number <= 255):
             raise SettingsError(
-                f"a label id is {number!r}; 8 bits hold 0 to 255: give labels, {{category: id}}",
+                f"a label id is {number!r}; expected 0 to 255 (8 bits); pass labels={{category: id}}",
                 code="out_of_range",
             )
     for name, color in plan.options["palette"].items():
@@ -78,7 +78,7 @@ def make(plan: Plan, number: int) -> Made:
         count = counts[own] = counts.get(own, -1) + 1
         if own * 1000 + count > 65535:
             raise SettingsError(
-                f"label id {own} with instance {count} does not fit 16 bits: give labels up to 64",
+                f"label id {own} with instance {count} does not fit into 16 bits; use label ids up to 64",
                 code="out_of_range",
             )
         labels[mask], instances[mask] = own, own * 1000 + count

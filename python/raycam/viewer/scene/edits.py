@@ -1,4 +1,4 @@
-"""Edits of objects and lights: a world that is changed by numbers, undone and redone.
+"""Edits of objects and lights in a view, with undo and redo.
 
 Each edit makes a world that shares what is built with the one before, so that undoing is going back to it. Worlds to
 go back to are copies, which hold none of the trees that pictures had built for them.
@@ -34,7 +34,7 @@ class Listener(Protocol):
     """Somebody who shows the world."""
 
     def rebase(self) -> None:
-        """Shows the world as it is now."""
+        """Shows the current world."""
 
 
 class Edits:
@@ -138,11 +138,13 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     if kind == "light":
         lights = world.lights
         if number >= len(lights) or key != "strength":
-            raise WorldError("there is no light of this number, or no such key of it", code="unknown_name")
+            raise WorldError(
+                "no light with this number, or the light does not have this key", code="unknown_name"
+            )
         changed.set_light(number, **_stronger(lights[number], _factor(value)))
         return changed
     if number >= world._core.object_count:
-        raise WorldError("there is no object of this number", code="index_out_of_range")
+        raise WorldError("no object with this number", code="index_out_of_range")
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
     elif key == "isolate" and isinstance(value, bool):

@@ -1,4 +1,5 @@
-"""The gizmo: handles on an object, as lines over the picture, and what dragging one does to its matrix.
+"""The gizmo: handles on an object, drawn as lines over the image, and the changes of its matrix when they are
+dragged.
 
 Everything goes by rays through pixels, so that it holds for every lens.
 """
@@ -91,7 +92,7 @@ def placed(matrix: Floats, middle: Floats) -> Floats:
 
 
 def axes_of(matrix: Floats, tool: str) -> Floats:
-    """The axes [3, 3] of the handles: the world's; for `scale` those of the object, which then keeps its shape."""
+    """Returns the axes [3, 3] of the handles: the world's, or for `scale` the object's, so that it is not sheared."""
     if tool != "scale":
         return np.eye(3)
     left, _, right = np.linalg.svd(np.asarray(matrix)[:3, :3])

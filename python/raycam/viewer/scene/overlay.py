@@ -1,4 +1,4 @@
-"""Lines over the picture: the cameras of the world, bent as the lens that one looks through bends them."""
+"""Lines over the image that show the world's cameras, distorted by the lens of the current camera."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FARTHEST = 1e5  # pixels beside the image where a line ends
 def frusta(
     cameras: Mapping[str, Camera], seen: Camera, length: float, hidden: str = ""
 ) -> list[dict[str, Any]]:
-    """Name and lines in pixels of each camera's view up to `length` metres, as the camera `seen` sees them."""
+    """Returns each camera's name and the lines of its frustum up to `length` metres, in pixels of the camera `seen`."""
     made = []
     for name, camera in list(cameras.items())[:MAX_CAMERAS]:
         if name == hidden:

@@ -1,4 +1,4 @@
-"""The pace of moving pictures: the size that fits the time between two of them, from what the last ones took."""
+"""The size of images during motion, chosen by the render times of the last images."""
 
 from __future__ import annotations
 
