@@ -28,7 +28,7 @@ SECTIONS: dict[str, list[str]] = {
         *("photos.PhotographFit", "photos.coverage_world", "photos.coverage_picture"),
     ],
     "Videos": ["video.write_video", "video.VideoPlan"],
-    "Randomised worlds": ["Recipe", "sample", "randomize.views.place_camera"],
+    "Randomised worlds": ["Recipe", "sample", "settle", "Settled", "randomize.views.place_camera"],
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
         *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),

@@ -33,7 +33,7 @@ def test_floats_refuses_the_rest(value: object) -> None:
 
 
 def test_floats_names_all_shapes() -> None:
-    with raises(SettingsError, code="wrong_shape", mentions=["[3]", "[n", "3]", "[2", "2]"]):
+    with raises(SettingsError, code="wrong_shape", mentions=["[3]", "[n, 3]", "[2, 2]"]):
         floats("a", np.zeros((2, 2)), (3,), ("n", 3))
 
 

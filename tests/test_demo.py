@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from raycam import cli
 from raycam.demo import commands, demo
+from support.raises import raises
 
 
 @pytest.fixture
@@ -47,7 +48,7 @@ def test_demo(
             assert str(folder / name) in out
     assert [shlex.split(line[2:])[1:] for line in out.splitlines() if line.startswith("$ ")] == small
     (folder / "spot.toml").write_text("broken =")
-    with pytest.raises(Exception, match="this command failed"):
+    with raises(Exception, code="failed_command", mentions=["'my demo/spot.toml'"]):
         demo(folder, cli.main)
     assert (folder / "spot.toml").read_text() == "broken ="
 

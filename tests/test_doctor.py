@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 import raycam
 from raycam import doctor
+from support.raises import raises
 
 
 def test_it_names_what_matters_and_tests_itself() -> None:
@@ -48,7 +49,7 @@ def test_a_missing_package_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) 
     assert "missing; for video files: pip install 'raycam[video]'" in doctor.doctor()
 
 
-def test_it_notices_a_wrong_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_image_fails_the_self_test(monkeypatch: pytest.MonkeyPatch) -> None:
     def off_by_one(*args: object, **keys: object) -> raycam.Frame:
         frame = raycam.render(*args, **keys)  # type: ignore[arg-type]
         if keys["integrator"] == "flat":
@@ -56,5 +57,5 @@ def test_it_notices_a_wrong_picture(monkeypatch: pytest.MonkeyPatch) -> None:
         return frame
 
     monkeypatch.setattr(doctor, "render", off_by_one)
-    with pytest.raises(raycam.Error, match=r"self-test failed: .* pixels differ"):
+    with raises(raycam.Error, code="failed_selftest", mentions=["6912"]):
         doctor.doctor()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from support.raises import raises
 
 K = [[100.0, 0, 32], [0, 100, 24], [0, 0, 1]]
 
@@ -55,7 +56,7 @@ def test_changing_an_array_of_a_property_raises(name: str, change: str) -> None:
     make, attribute, error = ARRAYS[name]
     owner = make()
     before = np.array(getattr(owner, attribute))
-    with pytest.raises(error, match=r"replace|from_pose|at_pose|set_object"):
+    with raises(error, code="read_only"):
         CHANGES[change](getattr(owner, attribute))
     np.testing.assert_array_equal(getattr(owner, attribute), before)
 
@@ -63,7 +64,7 @@ def test_changing_an_array_of_a_property_raises(name: str, change: str) -> None:
 @pytest.mark.parametrize("name", ["aperture", "vignetting", "shutter"])
 def test_changing_a_table_of_a_camera_raises(name: str) -> None:
     table = getattr(camera(), name)
-    with pytest.raises(raycam.CameraError, match=r"with_|moving"):
+    with raises(raycam.CameraError, code="read_only"):
         table[next(iter(table))] = 0.5
     assert copy.copy(table) == dict(table)
 
@@ -71,16 +72,16 @@ def test_changing_a_table_of_a_camera_raises(name: str) -> None:
 @pytest.mark.parametrize("name", ["rigs", "categories", "counts", "render_settings", "cameras"])
 def test_changing_a_table_of_a_world_raises(name: str) -> None:
     table = getattr(world(), name)
-    with pytest.raises(raycam.WorldError, match="world"):
+    with raises(raycam.WorldError, code="read_only", mentions=["world"]):
         table["new"] = 1
 
 
 def test_changing_a_table_of_a_rig_raises() -> None:
-    with pytest.raises(raycam.CameraError, match="Rig"):
+    with raises(raycam.CameraError, code="read_only", mentions=["Rig"]):
         rig().mounts["left"] = camera()
     moving = rig().moving(rig().placed([1, 0, 0]), exposure=0.1)
     assert moving.shutter is not None
-    with pytest.raises(raycam.CameraError, match="moving"):
+    with raises(raycam.CameraError, code="read_only", mentions=["moving"]):
         moving.shutter["exposure"] = 3
 
 

@@ -1,4 +1,4 @@
-"""Checks of arguments: arrays, numbers, flags, words and sizes, or an error that names the argument."""
+"""Checks of arguments (arrays, numbers, flags, words, sizes) that raise errors with the argument's name."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ def floats(
     *shapes: tuple[int | str, ...],
     error: type[Error] = SettingsError,
 ) -> Floats:
-    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string stands for any length.
+    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string means any length.
 
-    Takes lists and arrays of any width, byte order and strides, and copies only if necessary. Raises `error` with the
-    name, the given and the expected shape.
+    Accepts lists and arrays of any width, byte order and strides, and copies only if necessary. Raises `error` with
+    the name, the given and the expected shape.
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
     refuse_mask(name, value, error)
@@ -69,17 +69,17 @@ def floats(
 
 
 def is_tensor(value: object) -> bool:
-    """True for arrays that are not NumPy's: those with `__array__` or `__dlpack__`."""
+    """Returns True for arrays of other libraries: objects with `__array__` or `__dlpack__`."""
     if isinstance(value, np.ndarray | np.generic):
         return False
     return hasattr(value, "__array__") or hasattr(value, "__dlpack__")
 
 
 def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt.NDArray[Any]:
-    """Returns `value` as an array of numbers, without a copy where it is one: NumPy, lists, `__array__`, or DLPack.
+    """Returns `value` as an array of numbers; accepts NumPy arrays (not copied), lists, `__array__` and DLPack.
 
-    Takes what has `__array__` or `__dlpack__` and lies in the memory of the CPU. Raises `error` with the name for
-    tensors elsewhere, tensors that need a gradient, and what is no number.
+    Raises `error` with the name for tensors that are not in CPU memory, tensors that require a gradient, and values
+    that are not numbers.
     """
     if type(value) is np.ndarray and value.dtype.kind in "fiu":
         return value
@@ -87,10 +87,11 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
         value = _from_dlpack(name, value, error)
     elif getattr(value, "requires_grad", False):
         raise error(
-            f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()", code="wrong_type"
+            f"{name} requires a gradient, which raycam does not compute; pass {name}.detach()",
+            code="wrong_type",
         )
     elif (place := _device_of(value)) is not None:
-        raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()", code="wrong_type")
+        raise error(f"{name} is on {place}; raycam requires CPU memory, pass {name}.cpu()", code="wrong_type")
     refuse_mask(name, value, error)
     try:
         array = np.asarray(value)
@@ -102,11 +103,11 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
 
 
 def refuse_mask(name: str, value: object, error: type[Error] = SettingsError) -> None:
-    """Raises `error` for a masked array some of whose values are masked: they would count as if they were not."""
+    """Raises `error` for a masked array with masked values, because the mask would be ignored."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = np.count_nonzero(value.mask)
         raise error(
-            f"{name} has {count} masked values: leave these rows out, or fill them ({name}.filled(...))",
+            f"{name} has {count} masked values; omit these rows or fill them ({name}.filled(...))",
             code="wrong_type",
         )
 
@@ -127,7 +128,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     kind = describe()[0] if describe is not None else cpu_device
     if kind != cpu_device:
         raise error(
-            f"{name} is on the device type {int(kind)} of DLPack: raycam works on the CPU, copy it there",
+            f"{name} is on the device type {int(kind)} of DLPack; raycam requires CPU memory, so copy it to the CPU",
             code="wrong_type",
         )
     try:
@@ -137,7 +138,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
 
 
 def triples(name: str, value: object) -> npt.NDArray[Any]:
-    """`value` as an array of numbers [..., 3] of its own dtype, without a copy where it is one."""
+    """Returns `value` as an array of numbers [..., 3]; arrays keep their dtype and are not copied."""
     array = numbers(name, value)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise SettingsError(
@@ -150,7 +151,9 @@ def triples(name: str, value: object) -> npt.NDArray[Any]:
 def paired(
     first: tuple[str, npt.NDArray[Any]], second: tuple[str, npt.NDArray[Any]]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Two arrays [..., 3] broadcast to one shape, as views; raises `SettingsError` with both names and shapes."""
+    """Returns two arrays [..., 3] broadcast to one shape, as views; raises `SettingsError` with both names and
+    shapes.
+    """
     if first[1].shape == second[1].shape:
         return first[1], second[1]
     try:
@@ -165,12 +168,12 @@ def paired(
 
 
 def rows_of(array: npt.NDArray[Any]) -> Floats:
-    """An array [..., 3] as C-contiguous float64 [n, 3]."""
+    """Returns an array [..., 3] as C-contiguous float64 [n, 3]."""
     return np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3)
 
 
 def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
-    """One number, or one for each ray or point, as float64 [1] or [n]; `shape` is that of the rays or points.
+    """Returns one number, or one for each ray or point, as float64 [1] or [n]; `shape` is that of the rays or points.
 
     Raises `SettingsError` for values that do not broadcast to `shape`.
     """
@@ -190,9 +193,10 @@ def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
 
 
 def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:
-    """The matrix product of a [..., k] and b [k, m] or [k], without BLAS: the same to the last bit on every processor.
+    """Returns the matrix product of a [..., k] and b [k, m] or [k] without BLAS, bit-identical on every processor.
 
-    Libraries of linear algebra add in another order on other processors, which files with promised bytes may not show.
+    BLAS libraries use different orders of summation on different processors, but some files must have the same bytes
+    everywhere.
     """
     left, right = np.asarray(a, float), np.asarray(b, float)
     total = np.zeros(left.shape[:-1] + right.shape[1:])
@@ -202,7 +206,7 @@ def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:
 
 
 def lengths(vectors: npt.ArrayLike) -> Floats:
-    """The lengths [...] of vectors [..., k], the same to the last bit on every processor."""
+    """Returns the lengths [...] of vectors [..., k], bit-identical on every processor."""
     squares = np.asarray(vectors, float) ** 2
     total = np.zeros(squares.shape[:-1])
     for i in range(squares.shape[-1]):
@@ -225,7 +229,7 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
 
 
 def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
-    """The items of `values`, which is no single number or text; `what` they are. Raises `error` with the name."""
+    """Returns the items of a sequence; raises `error` with the name and `what` the items are for a number or string."""
     try:
         if isinstance(values, str | bytes):
             raise TypeError
@@ -261,7 +265,7 @@ def real(
 ) -> float:
     """Returns `value` as a finite float from `low` to `high`, both included; raises `error` with the name.
 
-    `what` says what it is, with its unit.
+    `what` describes the value and its unit.
     """
     try:
         if isinstance(value, bool | np.bool_ | str | bytes) or np.ma.is_masked(value):
@@ -284,7 +288,7 @@ def flag(name: str, value: object, *, error: type[Error] = SettingsError) -> boo
 
 
 def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str:
-    """Returns `value` as a str; raises `error` with the name for what is none."""
+    """Returns `value`; raises `error` with the name unless it is a str."""
     if isinstance(value, str):
         return value
     raise error(f"{name} must be a text, not {value!r}", code="wrong_type")
@@ -311,7 +315,7 @@ def thread_count(threads: object) -> int | None:
 def size_of(
     value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
 ) -> tuple[int, int]:
-    """Returns `value` as (width, height) in pixels; raises `error` if `value` is no such pair."""
+    """Returns `value` as (width, height) in pixels; raises `error` if `value` is not such a pair."""
     try:
         width, height = value
     except (TypeError, ValueError):

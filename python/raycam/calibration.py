@@ -20,15 +20,15 @@ from .rig import Rig
 __all__ = ["FORMATS", "WRITTEN_FORMATS", "Cameras", "load_cameras", "save_cameras"]
 
 FORMATS, WRITTEN_FORMATS = (tuple(names) for names in _core.calibration_formats())
-"""The formats of `load_cameras`, and those of them that `save_cameras` writes."""
+"""The formats that `load_cameras` reads, and the formats that `save_cameras` writes."""
 
 
 class Cameras(Mapping[str, Camera]):
-    """The cameras of a file by name, in the file's order: returned by `load_cameras`, taken by `save_cameras`.
+    """The cameras of a file by name, in the file's order; `load_cameras` returns it and `save_cameras` accepts it.
 
-    `images` are image names and `times` are seconds, both by camera, as far as the file has them. `notices` list parts
-    that were left out or repaired. The numbers are kept as written, so that a file in the same format has the same
-    numbers to the last bit.
+    `images` are image names and `times` are seconds, both by camera name, if the file contains them. `notices` lists
+    parts that were omitted or repaired. The file's numbers are kept as written, so that saving in the same format
+    reproduces them to the last bit.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Cameras(Mapping[str, Camera]):
         return self._made[name]
 
     def _sized(self, name: str, camera: Camera) -> Camera:
-        """The camera with pictures of the size that the caller gave; raises `CameraError` for another aspect."""
+        """The camera with images of the size that the caller gave; raises `CameraError` for another aspect."""
         if self._size is None or camera.size == self._size:
             return camera
         (width, height), (new_width, new_height) = camera.size, self._size
@@ -89,9 +89,9 @@ class Cameras(Mapping[str, Camera]):
 
     @property
     def rigs(self) -> dict[str, Rig]:
-        """The rigs of the file at each of their poses, by the pose's name (COLMAP: the frame's number).
+        """The file's rigs at each of their poses, by the pose's name (in COLMAP, the frame's number).
 
-        The cameras have their names on the rig. COLMAP stores rigs in `rigs` and `frames`. The cameras of a Kalibr
+        Each rig contains its cameras by name. COLMAP stores rigs in `rigs` and `frames`. The cameras of a Kalibr
         camchain, a KITTI calibration or OpenCV's `stereo_calib` form one rig, whose body frame is the file's world.
         Empty for files without rigs.
         """
@@ -134,7 +134,7 @@ class Cameras(Mapping[str, Camera]):
         return rows
 
     def find(self, name: str) -> Camera:
-        """The camera of this name; raises `CameraError` with the nearest known name."""
+        """Returns the camera of this name; raises `CameraError` for an unknown name, with the nearest one."""
         if name not in self._records:
             raise CameraError(nearest("camera", name, list(self._records)), code="unknown_name")
         return self[name]
@@ -151,10 +151,11 @@ def load_cameras(
     axes: Literal["opencv", "opengl"] | None = None,
     up: Up = "z",
 ) -> Cameras:
-    """Reads the cameras of a calibration or trajectory, by name.
+    """Reads the cameras of a calibration or trajectory file; returns them by name.
 
-    * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also packed (`.yml.gz`): K and lens in users' own
-      words (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC, Kimera
+    * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also compressed (`.yml.gz`); K and lens may have the keys
+      that users commonly choose (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC,
+      Kimera
     * "ros": CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
     * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
     * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
@@ -186,21 +187,22 @@ def load_cameras(
       header names the columns, the names decide the order
     * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
 
-    A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is
-    opened by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside.
-    `size` (width, height) is for files without a size, where no picture lies beside either; cameras that have another
-    one are resized to it, or refused where the aspect differs. `model` is the lens model for coefficients whose
-    model the file does not specify, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and
-    `axes` are those of matrices whose file states neither ("poses"; without them a notice says what was taken). Each
-    camera has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and
-    yaw refer to.
+    Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the
+    files in it. Files that contain only poses get size, K and lens from `intrinsics` (a camera or a calibration
+    file), or from a calibration in the same folder. `size` (width, height) is required if neither the file nor an
+    image next to it has a size; cameras of another size are resized, or refused if the aspect ratio differs. `model`
+    is the lens model of coefficients whose model the file does not specify, as in `Camera`: four numbers under `D`,
+    for example, may belong to `cv2.fisheye`. `direction` and `axes` are those of pose matrices whose file specifies
+    neither ("poses"); without them, a notice reports the assumption. Each camera has the `pixel_center` of its
+    format. World coordinates are the file's; `up` is the axis for roll, pitch and yaw.
 
-    A trajectory of a body ("euroc", "kitti-360") gives cameras where the pose of `intrinsics` (`T_BS`) puts them on it.
-    Notices tell what was assumed, left out, or looks mistaken: K of another resolution, a principal point outside.
+    For the trajectory of a body ("euroc", "kitti-360"), the pose of `intrinsics` (`T_BS`) is the camera's pose on the
+    body. Notices report what was assumed or omitted, and values that look wrong, such as a K for another resolution
+    or a principal point outside the image.
 
-    No lens is lost: raises `FormatError` for a key that looks like a lens and is not understood. Raises `FormatError`
-    with file, line and key for a malformed file, `CameraError` for an invalid camera, and
-    `OSError`.
+    A lens is never dropped silently: a key that looks like lens coefficients but is not understood raises
+    `FormatError`. Raises `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid
+    camera, and `OSError`.
     """
     if not isinstance(path, str | os.PathLike):
         raise SettingsError(
@@ -242,15 +244,16 @@ def save_cameras(
 ) -> list[Notice]:
     """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
 
-    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP takes a rig at many poses, each a frame with
-    images frame/camera. Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera if that is
-    rotated). Other formats store the cameras in world coordinates.
+    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP's formats store a rig at many poses, each a
+    frame with images named frame/camera. Kalibr and KITTI store one rig, in the axes of its body (KITTI: of its first
+    camera if that is rotated). Other formats store the cameras in world coordinates.
 
-    COLMAP's formats make a folder. OpenCV's is JSON or XML if `path` has that ending. `images` and `times` (seconds)
-    are by camera name; a TUM trajectory needs times, or names that are numbers.
+    COLMAP's formats create a folder. The format "opencv" is YAML, or JSON or XML if `path` has that ending. `images`
+    and `times` (seconds) are mappings by camera name; a TUM trajectory requires `times`, or cameras whose names are
+    numbers.
 
-    Raises `FormatError` if the format cannot hold a camera, with the reason (a lens, skew, ...), before anything is
-    written; `OSError`.
+    Raises `FormatError` with the reason (a lens, skew, ...) if the format cannot represent a camera, before any file
+    is written, and `OSError`.
     """
     if not isinstance(cameras, Camera | Mapping):
         raise SettingsError(

@@ -1,4 +1,4 @@
-"""Codes of notices and errors, with the cause of each and what to do about it."""
+"""Codes of notices and errors, with their causes and remedies."""
 
 from __future__ import annotations
 
@@ -56,6 +56,10 @@ _OWN_NOTICES = {
     "denoised": Code(
         "The image was denoised, so it is an estimate and no longer unbiased.",
         "Render without denoise for an unbiased image.",
+    ),
+    "applied_orientation": Code(
+        "A photo was turned by its EXIF orientation because only the turned photo has its camera's shape.",
+        'Pass orientation="ignore" if the camera belongs to the pixels as they are stored.',
     ),
     "resampled_background": Code(
         "The background does not have the size of the image and was resampled or cropped.",
@@ -153,6 +157,14 @@ _OWN_NOTICES = {
         "Several faces share the same texels, because islands of the texture coordinates overlap.",
         "Unwrap the mesh without overlaps.",
     ),
+    "faces_without_texels": Code(
+        "Faces have no texels, because xatlas did not unwrap them.",
+        'Use atlas="cells", or repair the mesh.',
+    ),
+    "missed_source": Code(
+        "Texels have no surface of the source near them, and show the baked object itself.",
+        "Enlarge the cage, or check that both models are in the same place.",
+    ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
         "Use the size that the message contains.",
@@ -196,6 +208,42 @@ _OWN_ERRORS = {
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",
     ),
+    "workers_lost": Code(
+        "The connection to a job's workers was lost.",
+        "Start the workers again and repeat the command; finished frames are kept.",
+    ),
+    "cluster_unreachable": Code(
+        "No Dask scheduler answers at the address, or the scheduler has stopped.",
+        "Start the scheduler, and check the address and the network.",
+    ),
+    "cannot_listen": Code(
+        "The live view cannot use the requested address or port.",
+        "Use another port, or omit it for the next free one.",
+    ),
+    "read_only": Code(
+        "An object, list or view that is read-only was changed.",
+        "Use the method that the message names; a view is started with edit=True.",
+    ),
+    "nothing_to_undo": Code(
+        "There is no edit to undo or redo.",
+        "No action is needed.",
+    ),
+    "no_samples": Code(
+        "The image of the live view has no samples yet.",
+        "Save it when the view is at rest.",
+    ),
+    "changed_file": Code(
+        "A world file, or a file that it names, has changed since it was opened.",
+        "Open the file again, or save the world as GLB.",
+    ),
+    "failed_command": Code(
+        "A command of raycam demo failed.",
+        "Read the error that the command printed.",
+    ),
+    "failed_selftest": Code(
+        "The installed renderer returns other results than the reference renderer.",
+        "Reinstall raycam, and report the output of raycam doctor if the test fails again.",
+    ),
     "photograph_size": Code(
         "A photograph does not have its camera's size.",
         "Use the photographs that the cameras belong to, or give their size with --size.",
@@ -206,7 +254,7 @@ _OWN_ERRORS = {
     ),
     "missing_texture_coordinates": Code(
         "The object has no texture coordinates.",
-        "Unwrap it in another program, such as Blender.",
+        'Unwrap it with atlas="xatlas" (--atlas xatlas), or in another program such as Blender.',
     ),
     "invalid_lidar": Code(
         "The description of a lidar is invalid.",

@@ -1,4 +1,4 @@
-"""The demo: a world with a scanned mesh, pictures, an explained pixel and a video, made by shell commands."""
+"""The demo: a world with a scanned mesh, and shell commands that create images, an explained pixel and a video."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
 
 
 def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
-    """Writes the world `spot.toml` and its pictures and video to `folder`, which is created if necessary.
+    """Writes the world `spot.toml` and its images and video to `folder`, which is created if necessary.
 
     An existing world file is kept, so that the demo shows changes to it.
     `run` executes the words of a command line and returns its exit status.
@@ -34,7 +34,7 @@ def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
     for command in commands(folder):
         print(f"$ {command}", flush=True)
         if run(shlex.split(command)[1:]) != 0:
-            raise Error(f"this command failed: {command}")
+            raise Error(f"this command failed: {command}", code="failed_command")
         print()
 
 

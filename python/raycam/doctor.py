@@ -57,7 +57,7 @@ PACKAGES = {
     **{"av": "video", "pyoidn": "denoise", "usd-core": "usd", "cairosvg": "figure", "h5py": "hdf5"},
     **{"opencv-python-headless": "selfcheck", "distributed": "cluster", "embreex": "bench"},
 }
-"""Packages that raycam uses, with the extra that they come with."""
+"""Packages that raycam uses, with the extra that installs them."""
 EXTRAS = {
     "video": "video files",
     "denoise": "--denoise",
@@ -71,7 +71,7 @@ EXTRAS = {
 
 
 def wheel() -> str:
-    """The wheel that is installed, by its tags, or that it was built from source in this folder."""
+    """Returns the tags of the installed wheel, or a note that raycam was built from source in this folder."""
     try:
         installed = metadata.distribution("raycam")
         about = installed.read_text("WHEEL") or ""
@@ -84,7 +84,7 @@ def wheel() -> str:
 
 
 def processor() -> str:
-    """The name of the processor, as far as the system reports it."""
+    """Returns the processor's name, if the system reports it."""
     if sys.platform == "darwin":
         with contextlib.suppress(OSError, subprocess.SubprocessError):
             command = ["sysctl", "-n", "machdep.cpu.brand_string"]
@@ -97,7 +97,7 @@ def processor() -> str:
 
 
 def processor_in(cpuinfo: str) -> str | None:
-    """The processor in the text of /proc/cpuinfo: its name, or implementer and part where ARM has no name."""
+    """Returns the processor's name in the text of /proc/cpuinfo; for ARM without a name, implementer and part."""
     values = dict(line.split(":", 1) for line in reversed(cpuinfo.splitlines()) if ":" in line)
     named = {key.strip(): value.strip() for key, value in values.items()}
     if "model name" in named:
@@ -121,7 +121,7 @@ ARM_PARTS = {
 
 
 def _self_test() -> str:
-    """Compares a picture with the reference, pixel by pixel."""
+    """Compares an image with the reference, pixel by pixel."""
     world = World()
     world.add_object(box={"size": 1}, color="#c83c28")
     world.add_object(torus={"radius": 1.1, "tube": 0.2, "segments": 12}, pitch=25, color="#3c64c8")
@@ -132,11 +132,15 @@ def _self_test() -> str:
     differ = (frame["instance"] != oracle["instance"]) | (frame["triangle"] != oracle["triangle"])
     if differ.any():
         raise Error(
-            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's"
+            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's",
+            code="failed_selftest",
         )
     hit = frame["instance"] >= 0
     error = np.abs(frame["depth"][hit] / oracle["depth"][hit] - 1.0).max()
     same = np.abs(frame["color"] - oracle["color"]).max()
     if error > 1e-6 or same > 1e-6:
-        raise Error(f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}")
+        raise Error(
+            f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}",
+            code="failed_selftest",
+        )
     return f"{differ.size} pixels as the reference has them, {int(hit.sum())} of them hit"

@@ -1,7 +1,7 @@
 """Exceptions of raycam, by cause.
 
-A missing file is a `FileNotFoundError`, and every other fault of the file system is its own `OSError`, as
-everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
+A missing file raises `FileNotFoundError`, and other faults of the file system raise their own `OSError`, as
+everywhere in Python. All others are subclasses of `Error`, and most also of `ValueError`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ __all__ = [
     "FormatError",
     "JobError",
     "LidarError",
+    "NetworkError",
     "Notice",
     "SettingsError",
     "WorldError",
@@ -27,8 +28,8 @@ __all__ = [
 class Error(Exception):
     """Base class of the errors that raycam raises itself.
 
-    `code` is the kind of error as a short name; `raycam.codes.ERRORS` lists the cause and the remedy of each. Programs
-    decide by the class and the code; messages may change.
+    `code` is the kind of error as a short name; `raycam.codes.ERRORS` lists the cause and the remedy of each.
+    Programs should use the class and the code, because messages may change.
     """
 
     code = "internal"
@@ -40,11 +41,11 @@ class Error(Exception):
 
 
 class Notice(UserWarning):
-    """A notice: what was assumed, changed or left out without stopping. The filters of `warnings` apply.
+    """A warning about something that was assumed, changed or omitted; the filters of `warnings` apply.
 
-    `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists cause and remedy of each. Programs
-    decide by it; messages may change. `subjects` are up to three parts that the notice is about, of `count` in total
-    (none if the message names them). `str(notice)` is the whole text.
+    `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists the cause and remedy of each. Programs
+    should use the code, because messages may change. `subjects` lists up to three of the `count` things that the
+    notice concerns (it is empty if the message itself names them). `str(notice)` is the whole text.
     """
 
     def __init__(
@@ -59,14 +60,14 @@ class Notice(UserWarning):
         super().__init__(f"{', '.join(self.subjects)}{others}: {message}" if self.subjects else message)
 
     def in_context(self, place: str) -> Notice:
-        """The same notice with `place` and a colon in front of its subjects, or else of its message."""
+        """Returns the notice with `place` and a colon before its subjects, or else before its message."""
         if not self.subjects:
             return Notice(f"{place}: {self.message}", self.code)
         first, *others = self.subjects
         return Notice(self.message, self.code, [f"{place}: {first}", *others], self.count)
 
     def to_json(self) -> dict[str, Any]:
-        """The notice as JSON values, which are the arguments of `Notice`."""
+        """Returns the arguments of `Notice` as JSON values."""
         return {
             "message": self.message,
             "code": self.code,
@@ -131,14 +132,20 @@ class SettingsError(Error, ValueError):
     code = "invalid_settings"
 
 
+class NetworkError(Error, OSError):
+    """A network connection that cannot be opened, or that was lost; `errno` is set if the system reports one."""
+
+    code = "cluster_unreachable"
+
+
 def with_code(error: OSError) -> OSError:
-    """The error of a file with its `code`, "file_not_found" or "file_unreadable"."""
+    """Sets the `code` of a file's error, "file_not_found" or "file_unreadable", and returns the error."""
     vars(error)["code"] = "file_not_found" if isinstance(error, FileNotFoundError) else "file_unreadable"
     return error
 
 
 def nearest(what: str, given: object, valid: list[str]) -> str:
-    """Returns the message for an unknown name: the valid name that it means or resembles, and all valid names."""
+    """Returns the message for an unknown name, with the most similar valid name and a list of all valid names."""
     import difflib
 
     from ._core import names_for_foreign_term

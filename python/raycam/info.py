@@ -10,6 +10,7 @@ from .camera import Camera
 from .rig import Rig
 from .robots import Robot
 from .world import World
+from .world.settle import find_overlaps
 
 __all__ = ["info", "info_cameras"]
 
@@ -49,6 +50,8 @@ def _lines(world: World) -> Iterator[str]:
         yield f"  and {len(world.objects) - 20} more"
     for robot in world.robots.values():
         yield from _robot(robot)
+    for one, other, depth in find_overlaps(world):
+        yield f"overlap    {one!r} and {other!r}: {1e3 * depth:.1f} mm"
     yield f"lights     {counts['lights']}"
     for light in world.lights:
         values = ", ".join(f"{key} {_light_value(value)}" for key, value in light.items() if key != "type")

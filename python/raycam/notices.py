@@ -16,9 +16,9 @@ __all__ = ["collected", "distinct", "strict", "warn", "warn_all"]
 
 _COLLECTED: ContextVar[list[Notice] | None] = ContextVar("collected", default=None)
 MAX_SUBJECTS = 3
-"""Subjects that a group of notices lists; further ones are counted."""
+"""Maximum number of subjects that a group of notices lists; further ones are counted."""
 _NUMBER = re.compile(r"(?<![\w.,:/\\-])\d[\d.,]*(?:e[+-]?\d+)?(?![\w/\\-])")
-"""A number that stands as a word of its own: a count, not a part of a name."""
+"""Matches a number that is a separate word, such as a count, but not a part of a name."""
 
 
 @contextmanager
@@ -28,7 +28,7 @@ def strict() -> Iterator[None]:
         with raycam.strict():
             world = raycam.load("room.toml")  # raises raycam.Notice if anything was left out or assumed
 
-    It sets the filters of `warnings`, which apply to the whole process, like `warnings.catch_warnings`.
+    Like `warnings.catch_warnings`, it changes the warning filters of the whole process.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
@@ -37,7 +37,7 @@ def strict() -> Iterator[None]:
 
 @contextmanager
 def collected() -> Iterator[list[Notice]]:
-    """Context in which notices are added to the list that it yields instead of being warned."""
+    """Context that collects notices in the list that it yields, instead of issuing warnings."""
     found: list[Notice] = []
     token = _COLLECTED.set(found)
     try:
@@ -47,16 +47,16 @@ def collected() -> Iterator[list[Notice]]:
 
 
 def warn_all(notices: Iterable[Notice]) -> None:
-    """Warns of each group of notices."""
+    """Issues a warning for each group of notices."""
     for notice in distinct(notices):
         warn(notice)
 
 
 def warn(notice: Notice) -> None:
-    """Warns of a notice, at the line outside of raycam that led here, once for each cause and line.
+    """Issues a notice as a warning at the caller's line outside raycam, once for each cause and line.
 
-    Two notices have the same cause if they have the same code and differ in counts alone. The filters of `warnings`
-    decide, as for any warning: shown once, always, never, or raised.
+    Two notices have the same cause if they have the same code and their messages differ only in numbers. As for any
+    warning, the filters of `warnings` decide whether it is shown once, always or never, or raised.
     """
     found = _COLLECTED.get()
     if found is not None:
@@ -81,9 +81,10 @@ def warn(notice: Notice) -> None:
 
 
 def distinct(notices: Iterable[Notice]) -> list[Notice]:
-    """The notices, grouped by code and by message without its counts, in order of their first.
+    """Returns one notice per group of notices with the same code and the same message apart from numbers.
 
-    A group has the first message, the first three subjects and the number of all.
+    Groups are in the order of their first notices. A group's notice has the first message, the first three subjects
+    and the total number of subjects.
     """
     groups: dict[tuple[str, str, bool], list[Notice]] = {}
     for notice in notices:
@@ -102,7 +103,7 @@ def _merged(group: list[Notice]) -> Notice:
 
 
 def cause(text: str) -> str:
-    """The text without its counts."""
+    """Returns the text with every number replaced by "#"."""
     return _NUMBER.sub("#", text)
 
 

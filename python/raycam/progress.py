@@ -10,13 +10,13 @@ from contextlib import contextmanager
 __all__ = ["bar", "frames_bar"]
 
 SHOW_AFTER_SECONDS = 0.5
-"""Shorter work shows no bar."""
+"""Time after which a progress bar appears, in seconds."""
 SHOWN = True
-"""False for no progress at all: `--quiet`."""
+"""False if no progress is shown (`--quiet`)."""
 LINE_AFTER_SECONDS = 20.0
-"""The time between two lines of progress where there is no terminal: in a pipe, a log or a notebook."""
+"""Time between two lines of progress without a terminal (in a pipe, a log or a notebook), in seconds."""
 DRAW_AFTER_SECONDS = 0.1
-"""The time between two drawings of a bar."""
+"""Time between two updates of a progress bar, in seconds."""
 BAR_WIDTH = 30
 """The characters of a bar."""
 
@@ -76,7 +76,7 @@ class _Bar:
         self._width = 0
 
     def rate(self, done: int) -> float:
-        """How much was done a second since the bar began; what was done before does not count."""
+        """Returns the work done per second since the bar appeared; earlier work is not counted."""
         self._begun = done if self._begun is None else self._begun
         return (done - self._begun) / max(time.monotonic() - self._start, 1e-9)
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import Floats
-from .errors import WorldError, nearest
+from .errors import Error, WorldError, nearest
 
 __all__ = ["ReadOnlyArray", "ReadOnlyDict", "ReadOnlyList", "read_only_array"]
 
@@ -17,11 +17,17 @@ Item = TypeVar("Item")
 Key = TypeVar("Key")
 
 
+def _read_only_error(owner: Any) -> Error:
+    """The error of a read-only list, dict or array, with its remedy."""
+    error: Error = owner.error(owner.remedy, code="read_only")
+    return error
+
+
 def _refuse_change(name: str) -> Callable[..., NoReturn]:
     """Returns a method that raises the table's error with its remedy."""
 
     def refuse(table: Any, *_: Any, **__: Any) -> NoReturn:
-        raise table.error(table.remedy)
+        raise _read_only_error(table)
 
     refuse.__name__ = name
     refuse.__doc__ = "Raises an error that names the method for changes."
@@ -31,7 +37,7 @@ def _refuse_change(name: str) -> Callable[..., NoReturn]:
 class ReadOnlyList(list[Item]):
     """A read-only list; it copies, compares and pickles as a plain list."""
 
-    def __init__(self, items: Iterable[Item], remedy: str, error: type[Exception] = WorldError) -> None:
+    def __init__(self, items: Iterable[Item], remedy: str, error: type[Error] = WorldError) -> None:
         super().__init__(items)
         self.remedy, self.error = remedy, error
 
@@ -46,7 +52,7 @@ class ReadOnlyList(list[Item]):
 class ReadOnlyDict(dict[Key, Item]):
     """A read-only dict; it copies, compares and pickles as a plain dict."""
 
-    def __init__(self, items: Mapping[Key, Item], remedy: str, error: type[Exception] = WorldError) -> None:
+    def __init__(self, items: Mapping[Key, Item], remedy: str, error: type[Error] = WorldError) -> None:
         super().__init__(items)
         self.remedy, self.error = remedy, error
 
@@ -68,7 +74,7 @@ def _check_first(name: str) -> Callable[..., Any]:
 
     def checked(array: Any, *arguments: Any, **keywords: Any) -> Any:
         if not array.flags.writeable:
-            raise array.error(array.remedy)
+            raise _read_only_error(array)
         return method(array, *arguments, **keywords)
 
     checked.__name__ = name
@@ -82,12 +88,12 @@ class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
     """A read-only array; copies and results of calculations are plain arrays, views of it are read-only too."""
 
     remedy: str = ""
-    error: type[Exception] = ValueError
+    error: type[Error] = WorldError
 
     def __array_finalize__(self, source: Any) -> None:
         """Passes the error on to views."""
         self.remedy = getattr(source, "remedy", "")
-        self.error = getattr(source, "error", ValueError)
+        self.error = getattr(source, "error", WorldError)
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         """Returns results of calculations as plain arrays and numbers."""
@@ -122,7 +128,7 @@ for _name in (
     setattr(ReadOnlyArray, _name, _check_first(_name))
 
 
-def read_only_array(values: npt.ArrayLike, remedy: str, error: type[Exception]) -> Floats:
+def read_only_array(values: npt.ArrayLike, remedy: str, error: type[Error]) -> Floats:
     """Returns a read-only float64 array of the values, which raises `error` with the `remedy` when it is changed."""
     array = np.array(values, dtype=np.float64).view(ReadOnlyArray)
     array.remedy, array.error = remedy, error

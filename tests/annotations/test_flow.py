@@ -134,16 +134,16 @@ def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
         disparity(world, left, eye(0.1))
 
 
-def test_worlds_must_be_of_the_same_triangles() -> None:
+def test_flow_requires_equal_objects_and_triangles() -> None:
     world = room()
     other = room()
     other.add_object(box={"size": 1})
-    with pytest.raises(raycam.WorldError, match="first has 3, the second 4"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["3", "4"]):
         flow(world, eye(), other)
     other = raycam.World()
     for _ in range(3):
         other.add_object(box={"size": 1})
-    with pytest.raises(raycam.WorldError, match=r"object 0 has \d+ in the first"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["12"]):
         flow(world, eye(), other)
 
 
@@ -242,9 +242,7 @@ def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
-def test_flow_to_a_picture_that_is_read_line_by_line(
-    direction: raycam.camera._optics.Readout, moving: bool
-) -> None:
+def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readout, moving: bool) -> None:
     """Which line sees a point depends on where it is then: solved here for each point by SciPy."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4, direction=direction)
@@ -350,5 +348,5 @@ def test_many_objects_are_followed_to_a_picture_that_is_read_line_by_line_and_to
     tall = raycam.Camera([[60, 0, 10], [0, 60, 10], [0, 0, 1]], np.eye(3), [0, 0, 0], (4, 1 << 15)).exposing(
         0, readout=0.2
     )
-    with pytest.raises(raycam.WorldError, match=r"32768 lines .* its 300 objects"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["32768", "300"]):
         flow(many.at(0.5), camera, many.at(0.5), tall)

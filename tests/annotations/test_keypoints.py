@@ -12,7 +12,7 @@ from raycam.annotations.keypoints import keypoints
 from raycam.camera._optics import Readout
 from scipy.spatial.transform import Rotation, Slerp
 from support.bending_plate import FACES, bending_plate, plate_at
-from support.raises import raises
+from support.raises import Fault, fault, raises
 from support.three_lenses import SIZE, cameras
 
 
@@ -206,24 +206,24 @@ def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, dir
         assert found.on_surface.mean() > 0.999
 
 
-def test_points_of_triangles_and_what_cannot_be(tmp_path: Path) -> None:
+def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
     world = crates()
     corners = world.triangles(1)
     found = keypoints(world, cameras()["lens"], [[0.2, 0.3, 0.5]], [1], triangles=[4])
     np.testing.assert_allclose(found.points[0], np.array([0.2, 0.3, 0.5]) @ corners[4], atol=1e-12)
     camera = cameras()["pinhole"]
 
-    def refused(match: str, world: raycam.World, *given: object, **keys: object) -> None:
-        with pytest.raises(raycam.SettingsError, match=match):
+    def refused(expected: Fault, world: raycam.World, *given: object, **keys: object) -> None:
+        with raises(raycam.SettingsError, **expected):
             keypoints(world, camera, *given, **keys)
 
-    refused("point 1: object 9 does not exist; the world has 3 objects", world, [[0, 0, 0]] * 2, [0, 9])
-    refused("triangle 12 does not exist; object 1 has 12 triangles", world, [[1, 0, 0]], [1], triangles=[12])
-    refused("have the sum 2; expected 1", world, [[1, 0, 1]], [1], triangles=[1])
-    refused("triangles need objects", world, [[1, 0, 0]], triangles=[1])
-    refused("triangles has 2 entries for 1 points", world, [[1, 0, 0]], [0], triangles=[1, 0])
-    refused("objects is -1", world, [[1, 0, 0]], [-1])
-    refused("object 0 is deformed by a skin.*give a triangle", bending_plate(tmp_path), [[0, 0, 0]], [0])
+    refused(fault("invalid_settings", "point 1", "object 9"), world, [[0, 0, 0]] * 2, [0, 9])
+    refused(fault("invalid_settings", "triangle 12", "object 1"), world, [[1, 0, 0]], [1], triangles=[12])
+    refused(fault("invalid_settings", "[1, 0, 1]"), world, [[1, 0, 1]], [1], triangles=[1])
+    refused(fault("wrong_shape", "triangles"), world, [[1, 0, 0]], triangles=[1])
+    refused(fault("wrong_shape", "triangles", "2"), world, [[1, 0, 0]], [0], triangles=[1, 0])
+    refused(fault("out_of_range", "objects", "-1"), world, [[1, 0, 0]], [-1])
+    refused(fault("invalid_settings", "object 0"), bending_plate(tmp_path), [[0, 0, 0]], [0])
 
 
 def test_cameras_at_infinity_see_what_lies_before_a_point() -> None:

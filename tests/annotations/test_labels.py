@@ -95,7 +95,7 @@ def test_names_and_choices() -> None:
     with raises(raycam.SettingsError, code="unknown_name", mentions=["'bax'", "'box"]):
         label(world(), camera, objects=["bax"])
     assert [item.object for item in label(world(), camera, objects=[world().objects[1].name])] == [1]
-    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[2", "2]", "int32", "[64", "96]"]):
+    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[2, 2]", "int32", "[64, 96]"]):
         label(world(), camera, instance=np.zeros((2, 2), np.int32))
 
 

@@ -12,6 +12,7 @@ import raycam
 import trimesh
 from raycam.baking.texels import find_texels
 from raycam.cli import main
+from support.raises import warns
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
 QUAD = [[0, 1, 2], [0, 2, 3]]
@@ -99,7 +100,7 @@ def test_thickness_of_a_slab_and_a_ball() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
     world = raycam.World()
     world.add_mesh(ball.vertices, ball.faces, uvs=np.random.default_rng(0).random((len(ball.vertices), 2)))
-    with pytest.warns(raycam.Notice, match="overlap"):
+    with warns(raycam.Notice, code="overlapping_islands"):
         thickness = raycam.bake(world, ["thickness"], size=16, samples=256)
     # Chords of a unit sphere have the length 2 cos, weighted by cosine: 2 * 2 / 3.
     assert thickness["thickness"][thickness.covered].mean() == pytest.approx(4 / 3, rel=0.01)

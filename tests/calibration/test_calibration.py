@@ -65,7 +65,7 @@ def test_colmap_reads_what_is_written_and_the_other_way_round(tmp_path: Path, fo
 def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "calib.txt"
     path.write_text("P0: 700 0 320 0 0 700 240 0 0 0 1 0\nP1: 700 0 320 -350 0 700 240 0 0 0 1 0\n")
-    with pytest.raises(raycam.CameraError, match=r"^\S*calib.txt: camera .*size"):
+    with raises(raycam.CameraError, code="invalid_camera", mentions=["calib.txt"]):
         raycam.load_cameras(path)["P1"]
     right = raycam.load_cameras(path, size=(640, 480))["P1"]
     np.testing.assert_allclose(right.C, [0.5, 0.0, 0.0], atol=1e-12)
@@ -73,12 +73,10 @@ def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("cameras", ["opencv", [1], None])
 def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
-    with pytest.raises(
-        raycam.SettingsError, match=r"cameras must be a Camera, a Rig or a mapping.*, not (str|list|NoneType)"
-    ):
+    with raises(raycam.SettingsError, code="wrong_type"):
         raycam.save_cameras(tmp_path / "a.yaml", cameras, "opencv")
     if cameras is not None:
-        with pytest.raises(raycam.SettingsError, match=r"intrinsics must be a Camera, not (str|list)"):
+        with raises(raycam.SettingsError, code="wrong_type"):
             raycam.load_cameras(tmp_path / "poses.tum", intrinsics=cameras)
 
 

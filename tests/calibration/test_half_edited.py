@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.errors import FormatError
+from support.raises import raises, warns
 
 SETTINGS = """%YAML:1.0
 Camera.type: "PinHole"
@@ -43,7 +44,7 @@ def written(folder: Path, name: str, text: str) -> Path:
 @pytest.mark.parametrize("key", ["k1", "k2", "p2"])
 def test_a_coefficient_without_a_number_is_an_error(tmp_path: Path, key: str) -> None:
     lines = [f"Camera.{key}:" if f".{key}:" in line else line for line in SETTINGS.splitlines()]
-    with pytest.raises(FormatError, match=rf"settings.yaml:\d+: Camera.{key} is empty, expected numbers"):
+    with raises(FormatError, code="syntax", mentions=["settings.yaml:", f"Camera.{key}"]):
         raycam.load_cameras(written(tmp_path, "settings.yaml", "\n".join(lines)))
     camera = raycam.load_cameras(written(tmp_path, "whole.yaml", SETTINGS))["Camera"]
     assert camera.distortion is not None
@@ -51,14 +52,14 @@ def test_a_coefficient_without_a_number_is_an_error(tmp_path: Path, key: str) ->
 
 def test_distortion_without_numbers_is_an_error(tmp_path: Path) -> None:
     text = "image_width: 752\nimage_height: 480\ncamera_matrix: [[458, 0, 367], [0, 457, 248], [0, 0, 1]]\n"
-    with pytest.raises(FormatError, match=r"c.yaml:4: dist_coeff is empty"):
+    with raises(FormatError, code="unsupported_feature", mentions=["c.yaml:4", "dist_coeff"]):
         raycam.load_cameras(written(tmp_path, "c.yaml", f"{text}dist_coeff:\n"))
 
 
 @pytest.mark.parametrize("number", ["458.654", "367.25", "0.004"])
 def test_a_decimal_comma_is_an_error(tmp_path: Path, number: str) -> None:
     text = json.dumps(NERF).replace(number, number.replace(".", ","))
-    with pytest.raises(FormatError, match=r"transforms.json:1: \d+: .* decimals have a point, not a comma"):
+    with raises(FormatError, code="syntax", mentions=["transforms.json:1"]):
         raycam.load_cameras(written(tmp_path, "transforms.json", text))
 
 
@@ -79,7 +80,7 @@ def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
     }
     shot = {"camera": "a", "rotation": [0, 0, 0], "translation": [0, 0, 0]}
     text = json.dumps([{"cameras": {"a": model | {"k2_prior": 0.0}}, "shots": {"1.jpg": shot}}])
-    with pytest.warns(raycam.Notice, match="k1_old"):
+    with warns(raycam.Notice, code="ignored_key", mentions=["k1_old"]):
         cameras = raycam.load_cameras(written(tmp_path, "reconstruction.json", text))
     assert not any("prior" in str(notice) for notice in cameras.notices)
 
@@ -87,7 +88,7 @@ def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
 def test_a_row_of_euroc_that_is_cut_off_is_an_error(tmp_path: Path) -> None:
     rows = [f"{1403636579763555584 + i},0,0,{i},1,0,0,0,0.5,0.5,0.5,0,0,0,0,0,0" for i in range(3)]
     lens = raycam.Camera([[458, 0, 367], [0, 457, 248], [0, 0, 1]], np.eye(3), np.zeros(3), (752, 480))
-    with pytest.raises(FormatError, match=r"data.csv:3: 11 columns, and the rows before have 17"):
+    with raises(FormatError, code="syntax", mentions=["data.csv:3", "11", "17"]):
         raycam.load_cameras(
             written(tmp_path, "data.csv", "\n".join(rows).removesuffix(",0,0,0,0,0,0")), intrinsics=lens
         )

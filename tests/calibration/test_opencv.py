@@ -15,6 +15,7 @@ import pytest
 import raycam
 import yaml
 from raycam.errors import CameraError, FormatError
+from support.raises import Fault, fault, raises
 
 K = np.array([[812.25, 0.0, 331.5], [0.0, 790.5, 229.125], [0.0, 0.0, 1.0]])
 BROWN = [-0.21, 0.083, 0.0011, -0.0007, 0.013]
@@ -87,7 +88,7 @@ def test_a_lens_under_any_usual_name_is_read(tmp_path: Path, ending: str, words:
 def test_a_lens_that_is_not_understood_is_an_error(tmp_path: Path, lens: dict[str, Any]) -> None:
     file = tmp_path / "a.json"
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, **lens}))
-    with pytest.raises(FormatError, match=f"{next(iter(lens))}.*lens"):
+    with raises(FormatError, code="syntax", mentions=["a.json", next(iter(lens))]):
         raycam.load_cameras(file)
     # Zeros change nothing, and a distance is no distortion.
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, "distorsions": [0, 0], "distance": 3}))
@@ -116,7 +117,7 @@ def test_the_other_formats_lose_no_lens_either(tmp_path: Path, key: str) -> None
         ),
     ):
         (tmp_path / "a").write_text(text)
-        with pytest.raises(FormatError, match="looks like a lens"):
+        with raises(FormatError, code="syntax", mentions=["dist"]):
             raycam.load_cameras(tmp_path / "a", size=SIZE)
 
 
@@ -130,7 +131,7 @@ def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None
         as_json(tmp_path / "e.json", K=K, k1=d[0], k2=d[1], k3=d[2], k4=d[3]),
     ]
     for file in asked:
-        with pytest.raises(FormatError, match='"opencv" or "fisheye"'):
+        with raises(FormatError, code="syntax", mentions=['"opencv"', '"fisheye"']):
             raycam.load_cameras(file, size=SIZE)
         (camera,) = raycam.load_cameras(file, size=SIZE, model="fisheye").values()
         np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE, True), atol=1e-9)
@@ -139,7 +140,7 @@ def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None
     stated = as_json(tmp_path / "f.json", K=K, D=d, camera_model="fisheye")
     (camera,) = raycam.load_cameras(stated, size=SIZE).values()
     assert camera.model == "fisheye"
-    with pytest.raises(FormatError, match="lens is"):
+    with raises(FormatError, code="syntax", mentions=["f.json:1", "camera_model"]):
         raycam.load_cameras(stated, size=SIZE, model="opencv")
     # Under dist* four numbers are OpenCV's own.
     (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
@@ -190,20 +191,26 @@ def test_a_pair_in_two_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"K": K.T, "dist": BROWN}, "transposed"),
-        ({"K": np.diag([1.2, 1.6, 1.0]) + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])}, "width"),
-        ({"K": K, "camera_matrix": K * [[2, 1, 1], [1, 1, 1], [1, 1, 1]]}, "another value"),
-        ({"K": K, "dist": BROWN, "k1": 0.3}, "twice"),
-        ({"K": K, "image_size": (480, 640)}, "rows and columns"),
-        ({"K": K, "dist": BROWN, "model": "scaramuzza"}, "scaramuzza"),
+        ({"K": K.T, "dist": BROWN}, fault("syntax", "a.json:1", "K")),
+        (
+            {"K": np.diag([1.2, 1.6, 1.0]) + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])},
+            fault("syntax", "a.json:1", "K"),
+        ),
+        (
+            {"K": K, "camera_matrix": K * [[2, 1, 1], [1, 1, 1], [1, 1, 1]]},
+            fault("syntax", "a.json:1", "camera_matrix"),
+        ),
+        ({"K": K, "dist": BROWN, "k1": 0.3}, fault("syntax", "a.json:1", "dist")),
+        ({"K": K, "image_size": (480, 640)}, fault("syntax", "a.json:1", "image_size")),
+        ({"K": K, "dist": BROWN, "model": "scaramuzza"}, fault("syntax", "scaramuzza")),
     ],
 )
-def test_the_commonest_mistakes_are_said(tmp_path: Path, values: dict[str, Any], message: str) -> None:
+def test_the_commonest_mistakes_are_said(tmp_path: Path, values: dict[str, Any], message: Fault) -> None:
     file = tmp_path / "a.json"
     file.write_text(
         json.dumps({key: v if isinstance(v, str) else np.asarray(v).tolist() for key, v in values.items()})
     )
-    with pytest.raises(FormatError, match=message):
+    with raises(FormatError, **message):
         raycam.load_cameras(file, size=SIZE)
 
 
@@ -217,7 +224,7 @@ def test_views_of_a_board(tmp_path: Path) -> None:
 
 
 def test_lens_is_a_known_model(tmp_path: Path) -> None:
-    with pytest.raises(CameraError, match="fisheye"):
+    with raises(CameraError, code="invalid_camera", mentions=["fisheye"]):
         raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, model="fishey")  # type: ignore[arg-type]
 
 
@@ -247,7 +254,7 @@ def test_aliases_of_yaml(tmp_path: Path) -> None:
     rows = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1]"]
     rows += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]" for i in range(1, 12)]
     (tmp_path / "b.yaml").write_text("\n".join([*rows, f"K: {K.tolist()}", ""]))
-    with pytest.raises(FormatError, match=r"b.yaml:\d+: aliases .* too many values"):
+    with raises(FormatError, code="syntax", mentions=["b.yaml"]):
         raycam.load_cameras(tmp_path / "b.yaml", format="opencv")
 
 
@@ -265,7 +272,7 @@ def test_numbers_by_their_names(tmp_path: Path, nested: bool) -> None:
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
     table["intrinsics"]["coeffs"] = BROWN
     (tmp_path / "a.json").write_text(json.dumps({"camera": table} if nested else table))
-    with pytest.raises(FormatError, match=r"coeffs.*same thing"):
+    with raises(FormatError, code="syntax", mentions=["a.json:1", "intrinsics.coeffs"]):
         raycam.load_cameras(tmp_path / "a.json")
 
 
@@ -281,7 +288,7 @@ def test_a_list_of_cameras(tmp_path: Path) -> None:
 def test_a_lens_beside_its_camera_does_not_vanish(tmp_path: Path, beside: dict[str, Any]) -> None:
     for table in ({"calib": {"K": K.tolist()}, **beside}, {"cam": {"calib": {"K": K.tolist()}, **beside}}):
         (tmp_path / "a.json").write_text(json.dumps(table))
-        with pytest.raises(FormatError, match="looks like a lens"):
+        with raises(FormatError, code="syntax", mentions=["a.json:1", "dist"]):
             raycam.load_cameras(tmp_path / "a.json", size=SIZE)
 
 
@@ -316,16 +323,16 @@ def test_numbers_that_are_none_are_named(tmp_path: Path, ending: str) -> None:
     bad = K.copy()
     bad[0, 0] = np.nan
     file = WRITERS[ending](tmp_path / f"a.{ending}", camera_matrix=bad, dist=np.array([BROWN]))
-    with pytest.raises(FormatError, match=r"camera_matrix.*finite number"):
+    with raises(FormatError, code="syntax", mentions=["camera_matrix"]):
         raycam.load_cameras(file, size=SIZE)
 
 
-def test_arrays_of_numpy_in_yaml_and_old_pickles_are_named(tmp_path: Path) -> None:
+def test_numpy_arrays_in_yaml_and_pickles_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(yaml.dump({"camera_matrix": K, "dist": np.array(BROWN)}))
-    with pytest.raises(FormatError, match=r"NumPy.*tolist"):
+    with raises(FormatError, code="unsupported_feature", mentions=["NumPy"]):
         raycam.load_cameras(tmp_path / "a.yaml")
     (tmp_path / "a.p").write_bytes(pickle.dumps({"mtx": K.tolist()}, protocol=0))
-    with pytest.raises(FormatError, match=r"pickle.*np\.savez"):
+    with raises(FormatError, code="unsupported_feature", mentions=["np.savez"]):
         raycam.load_cameras(tmp_path / "a.p")
 
 
@@ -353,7 +360,7 @@ def test_sizes_in_a_word(tmp_path: Path, words: tuple[str, str]) -> None:
     (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: words[1]}))
     assert raycam.load_cameras(tmp_path / "a.json")["a"].size == SIZE
     (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: "large"}))
-    with pytest.raises(FormatError, match=r"large.*expected columns and rows"):
+    with raises(FormatError, code="syntax", mentions=["large"]):
         raycam.load_cameras(tmp_path / "a.json")
 
 
@@ -376,7 +383,7 @@ def test_radial_and_tangential_terms_apart(tmp_path: Path, count: int) -> None:
     (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected([*k[:2], *BROWN[2:4], *k[2:]]), atol=1e-8)
     (tmp_path / "a.json").write_text(json.dumps({**table, "dist": BROWN}))
-    with pytest.raises(FormatError, match="twice"):
+    with raises(FormatError, code="syntax", mentions=["a.json:1", "RadialDistortion"]):
         raycam.load_cameras(tmp_path / "a.json")
 
 
@@ -386,14 +393,14 @@ def test_skew_beside_focal_lengths(tmp_path: Path) -> None:
     (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
     assert camera.K[0, 1] == 1.5
     (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "skew": 1.5, "size": SIZE}))
-    with pytest.raises(FormatError, match=r"skew.*expected the same"):
+    with raises(FormatError, code="syntax", mentions=["a.json:1", "skew"]):
         raycam.load_cameras(tmp_path / "a.json")
 
 
 def test_numbers_that_may_be_a_lens_do_not_vanish(tmp_path: Path) -> None:
     for numbers in (BROWN, BROWN[:4], [*BROWN, 0.1, 0.2, 0.3]):
         (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "brownish": numbers, "size": SIZE}))
-        with pytest.raises(FormatError, match=r"brownish.*may be a lens"):
+        with raises(FormatError, code="syntax", mentions=["a.json:1", "brownish"]):
             raycam.load_cameras(tmp_path / "a.json")
     for harmless in (
         {"q": [0.5, 0.5, 0.5, 0.5]},
@@ -414,7 +421,7 @@ def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -
     (camera,) = cameras.values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-8)
     (tmp_path / names[1]).write_text("k1 = 3")
-    with pytest.raises(FormatError, match="coefficients of a lens"):
+    with raises(FormatError, code="syntax", mentions=[names[1]]):
         raycam.load_cameras(tmp_path / names[0], size=SIZE)
 
 
@@ -422,7 +429,7 @@ def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -
 def test_other_names_of_lenses_are_errors(tmp_path: Path, key: str) -> None:
     k = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]
     path = as_json(tmp_path / "a.json", K=k, image_width=640, image_height=480, **{key: [0.1, 0.2, 0, 0, 0]})
-    with pytest.raises(raycam.FormatError, match="looks like a lens"):
+    with raises(raycam.FormatError, code="syntax", mentions=["a.json:1"]):
         raycam.load_cameras(path)
     path = as_json(tmp_path / "a.json", K=k, image_width=640, image_height=480, kc=[0.1, 0.2, 0, 0, 0])
     (camera,) = raycam.load_cameras(path).values()

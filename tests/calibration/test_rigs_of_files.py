@@ -13,6 +13,7 @@ import pytest
 import raycam
 import yaml
 from raycam.errors import FormatError
+from support.raises import Fault, fault, raises
 
 EUROC = """%YAML:1.0
 ---
@@ -93,7 +94,7 @@ def test_messages_of_ros(tmp_path: Path) -> None:
         (camera,) = raycam.load_cameras(tmp_path / "info.yaml").values()
         assert camera.K[0, 0] == 500
     (tmp_path / "info.yaml").write_text(one + "---\n" + yaml.safe_dump({**INFO, "width": 320}))
-    with pytest.raises(FormatError, match="differs from the first"):
+    with raises(FormatError, code="syntax", mentions=["info.yaml:100"]):
         raycam.load_cameras(tmp_path / "info.yaml")
 
 
@@ -123,7 +124,7 @@ def test_names_with_spaces_in_binary_models(tmp_path: Path) -> None:
         "my image.jpg"
     ]
     assert raycam.load_cameras(tmp_path / "m").images == {"my image.jpg": "my image.jpg"}
-    with pytest.raises(FormatError, match="colmap-binary"):
+    with raises(FormatError, code="cannot_write", mentions=['"a"']):
         raycam.save_cameras(tmp_path / "t", {"a": camera}, "colmap", images={"a": "my image.jpg"})
 
 
@@ -141,23 +142,24 @@ def test_folders_are_looked_into(tmp_path: Path) -> None:
     raycam.save_cameras(tmp_path / "project/sparse/0", {"a.png": camera}, "colmap")
     assert list(raycam.load_cameras(tmp_path / "project")) == ["a.png"]
     raycam.save_cameras(tmp_path / "project/transforms.json", {"b.png": camera}, "nerf")
-    with pytest.raises(FormatError, match=r"several.*transforms\.json"):
+    with raises(FormatError, code="unsupported_feature", mentions=["transforms.json"]):
         raycam.load_cameras(tmp_path / "project")
 
 
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ('<document version="2.0.0"><chunk label="a"/></document>', "Metashape"),
-        ("%YAML:1.0\nCamera.fx: 500.0\nCamera.k1: 0.1\n", "ORB-SLAM"),
+        ('<document version="2.0.0"><chunk label="a"/></document>', "metashape"),
+        ("%YAML:1.0\nCamera.fx: 500.0\nCamera.k1: 0.1\n", "orb-slam"),
         ("%YAML:1.0\n---\nmodel_type: MEI\nmirror_parameters:\n   xi: 2.2\n", "camodocal"),
-        ('{"sfm_data_version": "0.3"}', "openMVG"),
+        ('{"sfm_data_version": "0.3"}', "openmvg"),
     ],
 )
 def test_errors_name_the_format_that_was_found(tmp_path: Path, text: str, name: str) -> None:
     (tmp_path / "a").write_text(text)
-    with pytest.raises(FormatError, match=f"(?i){name.replace('-', '.?')}"):
+    with raises(FormatError, code="syntax") as caught:
         raycam.load_cameras(tmp_path / "a")
+    assert name in str(caught.value)
 
 
 def test_names_with_spaces_in_text_models(tmp_path: Path) -> None:
@@ -170,7 +172,7 @@ def test_names_with_spaces_in_text_models(tmp_path: Path) -> None:
     assert list(cameras) == names
     assert [camera.C[2] for camera in cameras.values()] == [0, -1, -2]
     (tmp_path / "images.txt").write_text("".join(line.split("\n")[0] + "\n" for line in lines))
-    with pytest.raises(FormatError, match="the line of an image"):
+    with raises(FormatError, code="syntax", mentions=["images.txt:2"]):
         raycam.load_cameras(tmp_path)
 
 
@@ -241,19 +243,23 @@ def test_the_text_of_camera_calibration(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("camera matrix\n5", "camera matrix\nfive 5", "not known"),
-        ("distortion\n", "distortions\n", r"'distortions'|\"distortions\""),
-        ("[image]", "[images]", "not a calibration"),
-        ("width\n640", "width\n", "image_width is missing"),
-        ("0.000000 0.000000 1.000000\n\ndistortion", "\ndistortion", "6 numbers, expected 9"),
-        ("[narrow_stereo/left]", "", "image"),
-        ("# oST", "5 # oST", "before the first section"),
+        ("camera matrix\n5", "camera matrix\nfive 5", fault("syntax", "ost.txt:16")),
+        ("distortion\n", "distortions\n", fault("syntax", "ost.txt:20", '"distortions"')),
+        ("[image]", "[images]", fault("unsupported_feature", "ost.txt", '"NAME"')),
+        ("width\n640", "width\n", fault("syntax", "image_width")),
+        (
+            "0.000000 0.000000 1.000000\n\ndistortion",
+            "\ndistortion",
+            fault("syntax", "ost.txt:16", "camera_matrix"),
+        ),
+        ("[narrow_stereo/left]", "", fault("syntax", "ost.txt:15", '"camera matrix"')),
+        ("# oST", "5 # oST", fault("syntax", "ost.txt:1")),
     ],
 )
-def test_damaged_text_of_camera_calibration(tmp_path: Path, old: str, new: str, reason: str) -> None:
+def test_damaged_text_of_camera_calibration(tmp_path: Path, old: str, new: str, reason: Fault) -> None:
     K = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
     text = ost(K, [0.1, 0, 0, 0, 0], np.eye(3), np.column_stack([K, np.zeros(3)]))
     assert old in text
     (tmp_path / "ost.txt").write_text(text.replace(old, new, 1))
-    with pytest.raises(FormatError, match=reason):
+    with raises(FormatError, **reason):
         raycam.load_cameras(tmp_path / "ost.txt")

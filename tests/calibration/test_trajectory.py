@@ -12,6 +12,7 @@ import raycam
 from raycam.errors import CameraError, FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import OPENGL, check, four, intrinsics, picture, pose, rows
+from support.raises import Fault, fault, raises
 
 K = intrinsics(520.5, 518.25, 321.0, 242.5)
 SIZE = (640, 480)
@@ -65,7 +66,7 @@ def test_seven_scenes(tmp_path: Path, between: str) -> None:
     cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
     assert list(cameras) == [f"frame-{i:06d}" for i in range(3)]
     check_all(cameras, 3)
-    with pytest.raises(CameraError, match="intrinsics"):
+    with raises(CameraError, code="invalid_camera", mentions=['"frame-000000"']):
         raycam.load_cameras(tmp_path)["frame-000000"]
 
 
@@ -116,16 +117,16 @@ def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("matrix", "reason"),
     [
-        (world_from_camera(1).T, "transposed"),
-        (four(np.diag([1.0, 1, -1]), np.ones(3)), "reflection"),
-        (four(2 * np.eye(3), np.ones(3)), "not a rotation"),
-        (np.vstack([np.eye(3, 4), [[0, 0, 1, 1]]]), "last row"),
+        (world_from_camera(1).T, fault("syntax", ".txt:")),
+        (four(np.diag([1.0, 1, -1]), np.ones(3)), fault("syntax", ".txt:")),
+        (four(2 * np.eye(3), np.ones(3)), fault("syntax", ".txt:")),
+        (np.vstack([np.eye(3, 4), [[0, 0, 1, 1]]]), fault("syntax", ".txt:")),
     ],
 )
-def test_what_is_no_pose_is_refused(tmp_path: Path, matrix: Any, reason: str) -> None:
+def test_matrices_that_are_not_poses_are_refused(tmp_path: Path, matrix: Any, reason: Fault) -> None:
     for file in (tmp_path / "a.txt", tmp_path / "lines.txt"):
         file.write_text(rows(matrix) if file.stem == "a" else lines([np.eye(4), matrix]))
-        with pytest.raises(FormatError, match=reason):
+        with raises(FormatError, **reason):
             raycam.load_cameras(file, intrinsics=EYE)
 
 
@@ -193,7 +194,9 @@ def test_open3d(tmp_path: Path) -> None:
     file.write_text(json.dumps({"width": 640, "height": 480, "intrinsic_matrix": K.T.ravel().tolist()}))
     check(next(iter(raycam.load_cameras(file).values())), K, np.eye(3), np.zeros(3))
     file.write_text(json.dumps(open3d(columns=False)))
-    with pytest.raises(FormatError, match="by columns"):
+    with raises(
+        FormatError, code="syntax", mentions=["a.json:1", "parameters[0].intrinsic.intrinsic_matrix"]
+    ):
         raycam.load_cameras(file)
 
 
@@ -225,7 +228,7 @@ def test_the_nodes_of_open3ds_pose_graph(tmp_path: Path) -> None:
     graph = pose_graph(2)
     graph["nodes"][1]["pose"] = world_from_camera(1).ravel().tolist()
     file.write_text(json.dumps(graph))
-    with pytest.raises(FormatError, match=r"nodes\[1\].pose: by columns"):
+    with raises(FormatError, code="syntax", mentions=["nodes[1].pose"]):
         raycam.load_cameras(file, intrinsics=EYE)
 
 
@@ -234,7 +237,7 @@ def test_redwood(tmp_path: Path) -> None:
     file.write_text("".join(f"{i} {i} 0.97\n{rows(world_from_camera(i))}" for i in range(3)))
     check_all(raycam.load_cameras(file, intrinsics=EYE), 3)
     file.write_text(file.read_text()[:-40])
-    with pytest.raises(FormatError, match=r"a\.log:11"):
+    with raises(FormatError, code="syntax", mentions=["a.log:11"]):
         raycam.load_cameras(file, intrinsics=EYE)
 
 
@@ -297,7 +300,7 @@ def test_euroc(tmp_path: Path, columns: int, ending: str) -> None:
 def test_positions_alone_are_no_poses(tmp_path: Path) -> None:
     file = tmp_path / "data.csv"
     file.write_text(euroc(4))
-    with pytest.raises(FormatError, match="leica0"):
+    with raises(FormatError, code="syntax", mentions=["leica0"]):
         raycam.load_cameras(file, intrinsics=EYE)
 
 
@@ -359,13 +362,13 @@ def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
     first, second = (world_from_camera(i) for i in range(2))
     file = tmp_path / "poses.json"
     for document, reason in (
-        ([first.tolist(), second[:2].tolist()], "expected a pose"),
-        ([first.T.tolist()], "transposed"),
-        ({"c2w": [first.tolist()], "w2c": [second.tolist()]}, "which"),
-        ([{"c2w": first.tolist(), "dist": [0.1, 0.2, 0, 0]}], "looks like a lens"),
+        ([first.tolist(), second[:2].tolist()], fault("syntax", "poses.json:1", "[1]")),
+        ([first.T.tolist()], fault("syntax", "poses.json:1")),
+        ({"c2w": [first.tolist()], "w2c": [second.tolist()]}, fault("syntax", "poses.json:1", "w2c")),
+        ([{"c2w": first.tolist(), "dist": [0.1, 0.2, 0, 0]}], fault("syntax", "poses.json:1", "[0].dist")),
     ):
         file.write_text(json.dumps(document))
-        with pytest.raises(FormatError, match=reason):
+        with raises(FormatError, **reason):
             raycam.load_cameras(file, format="poses", intrinsics=EYE)
     file.write_text(json.dumps([first.tolist(), (second * np.nan).tolist()]))
     cameras = raycam.load_cameras(file, intrinsics=EYE)
@@ -422,10 +425,10 @@ def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
     check_all(cameras, 3)
     assert any("camera_from_world by the file's name" in str(notice) for notice in cameras.notices)
     np.savez(tmp_path / "2.npz", c2w=world_from_camera(2))
-    with pytest.raises(FormatError, match=r"2\.npz.*\"c2w\".*expected the same"):
+    with raises(FormatError, code="syntax", mentions=["2.npz"]):
         raycam.load_cameras(tmp_path, intrinsics=EYE)
     np.savez(tmp_path / "2.npz", w2c=np.zeros((3, 3)))
-    with pytest.raises(FormatError, match=r"2\.npz.*no poses.*w2c \[3, 3\]"):
+    with raises(FormatError, code="syntax", mentions=["2.npz", "w2c", "[3, 3]"]):
         raycam.load_cameras(tmp_path, intrinsics=EYE)
     np.savez(tmp_path / "2.npz", w2c=np.full((4, 4), -np.inf))
     assert any(
@@ -449,13 +452,13 @@ def test_poses_of_any_archive(tmp_path: Path) -> None:
     check(cameras["005199"], K, *pose(3))
     assert any("depth" in str(notice) for notice in cameras.notices)
     np.savez(file, poses=stack, w2c=stack)
-    with pytest.raises(FormatError, match="poses under poses and w2c: which"):
+    with raises(FormatError, code="syntax", mentions=["w2c"]):
         raycam.load_cameras(file, intrinsics=EYE)
     np.savez(file, poses=stack, dist_coef=np.ones(5))
-    with pytest.raises(FormatError, match=r"dist_coef.*looks like a lens"):
+    with raises(FormatError, code="syntax", mentions=["dist_coef"]):
         raycam.load_cameras(file, format="poses", intrinsics=EYE)
     np.savez(file, poses=np.array([{"a": 1}], dtype=object))
-    with pytest.raises(FormatError, match=r"never opened|no poses"):
+    with raises(FormatError, code="syntax", mentions=["a.npz"]):
         raycam.load_cameras(file, intrinsics=EYE)
 
 
@@ -478,7 +481,7 @@ def test_a_quaternion_has_the_length_1(tmp_path: Path, length: float) -> None:
     }
     for name, text in files.items():
         (tmp_path / name).write_text(text)
-        with pytest.raises(FormatError, match=rf"{name}.*quaternion of length {length:.4f}.*expected 1"):
+        with raises(FormatError, code="syntax", mentions=[name, f"{length:.4f}"]):
             raycam.load_cameras(tmp_path / name, intrinsics=EYE)
 
 

@@ -13,6 +13,7 @@ import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import OPENGL, check, four, intrinsics, picture, pose
+from support.raises import raises
 
 SIZE = (640, 480)
 
@@ -47,7 +48,7 @@ def test_pictures_that_are_not_there_lend_no_size_in_silence(tmp_path: Path) -> 
         frames = [{"file_path": f"./{split}/r_{i}", "transform_matrix": opengl(i).tolist()} for i in range(2)]
         text = json.dumps({"camera_angle_x": 0.7, "frames": frames})
         (tmp_path / f"transforms_{split}.json").write_text(text)
-    with pytest.raises(FormatError, match="size"):
+    with raises(FormatError, code="syntax", mentions=["transforms_train.json:1"]):
         raycam.load_cameras(tmp_path)
     picture(tmp_path / "train/r_1.png")
     cameras = raycam.load_cameras(tmp_path)
@@ -68,7 +69,7 @@ def test_the_lens_of_a_frame_stands_before_that_of_all(tmp_path: Path) -> None:
     np.testing.assert_allclose(camera.distortion, [0.01, -0.02, 0.001, -0.002, 0.003])
     table["frames"] = [{**frame, **own, "k1": 0.5}]
     (tmp_path / "t.json").write_text(json.dumps(table))
-    with pytest.raises(FormatError, match="twice"):
+    with raises(FormatError, code="syntax", mentions=["t.json:1", "frames[0].distortion_params"]):
         raycam.load_cameras(tmp_path / "t.json")
 
 
@@ -118,9 +119,9 @@ def test_panoramas_with_other_numbers_are_told(tmp_path: Path, fl_x: float, told
 
 
 @pytest.mark.parametrize("model", ["ORTHOPHOTO", "VR180_L", "OMNIDIRECTIONALSTEREO_R"])
-def test_what_has_no_lens_is_refused_by_name(tmp_path: Path, model: str) -> None:
+def test_unsupported_camera_models_are_refused(tmp_path: Path, model: str) -> None:
     keys: dict[str, Any] = {"w": 800, "h": 400, "fl_x": 400, "fl_y": 400, "cx": 400, "cy": 200}
-    with pytest.raises(FormatError, match=model):
+    with raises(FormatError, code="syntax", mentions=[model]):
         raycam.load_cameras(nerf(tmp_path / "a.json", camera_model=model, **keys))
 
 
@@ -151,7 +152,7 @@ def test_polycam(tmp_path: Path, opened: str) -> None:
         check(camera, intrinsics(700, 701, 325, 244), *pose(i))
     file = tmp_path / "a.json"
     file.write_text(polycam(0, k1=0.1))
-    with pytest.raises(FormatError, match="k1"):
+    with raises(FormatError, code="syntax", mentions=["k1"]):
         raycam.load_cameras(file)
 
 
@@ -218,7 +219,7 @@ def test_camera_paths(tmp_path: Path, kind: str) -> None:
     file = tmp_path / "camera_path.json"
     file.write_text(json.dumps(table))
     if kind == "vr180":
-        with pytest.raises(FormatError, match="vr180"):
+        with raises(FormatError, code="syntax", mentions=["vr180"]):
             raycam.load_cameras(file)
         return
     cameras = raycam.load_cameras(file)

@@ -13,6 +13,7 @@ import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import Array, brown, check, four, intrinsics, pose
+from support.raises import raises
 
 K = intrinsics(1266.4, 1265.5, 816.25, 491.5)
 
@@ -96,12 +97,12 @@ def test_nuscenes_says_what_is_wrong(tmp_path: Path) -> None:
     nuscenes(tmp_path)
     whole = (tmp_path / "ego_pose.json").read_text()
     (tmp_path / "ego_pose.json").write_text(whole.replace('"e1"', '"e7"'))
-    with pytest.raises(FormatError, match=r"sample_data.json.*ego_pose_token.*no such token"):
+    with raises(FormatError, code="syntax", mentions=["sample_data.json", "ego_pose_token"]):
         raycam.load_cameras(tmp_path)
     rows = json.loads((tmp_path / "calibrated_sensor.json").read_text())
     rows[1]["rotation"] = [2, 0, 0, 0]
     table(tmp_path, "calibrated_sensor", rows)
-    with pytest.raises(FormatError, match=r"calibrated_sensor.json.*rotation: a quaternion of length 2"):
+    with raises(FormatError, code="syntax", mentions=["calibrated_sensor.json"]):
         raycam.load_cameras(tmp_path)
 
 
@@ -131,7 +132,7 @@ def test_argoverse(tmp_path: Path, ending: str) -> None:
     (tmp_path / f"egovehicle_SE3_sensor.{ending}").write_text(
         "sensor_name,qw\nx,1\n" if ending == "csv" else '[{"sensor_name": "x"}]'
     )
-    with pytest.raises(FormatError, match=r"egovehicle_SE3_sensor.*ring_front_center"):
+    with raises(FormatError, code="syntax", mentions=["egovehicle_SE3_sensor", "ring_front_center"]):
         raycam.load_cameras(tmp_path / f"intrinsics.{ending}")
 
 
@@ -161,10 +162,12 @@ def test_waymo(tmp_path: Path, shape: str) -> None:
     np.testing.assert_allclose(made.project(points @ R + C)[0], expected, atol=1e-8)
 
 
-def test_files_of_these_sets_that_are_not_read_are_named(tmp_path: Path) -> None:
+def test_unsupported_files_of_vehicle_data_sets_are_refused(tmp_path: Path) -> None:
     (tmp_path / "intrinsics.feather").write_bytes(b"ARROW1\0\0" + bytes(64))
-    with pytest.raises(FormatError, match=r"Argoverse 2.*to_csv"):
+    with raises(FormatError, code="unsupported_feature", mentions=["to_csv"]):
         raycam.load_cameras(tmp_path / "intrinsics.feather")
     (tmp_path / "segment.tfrecord").write_bytes(bytes(range(64)))
-    with pytest.raises(FormatError, match=r"TFRecord.*camera_calibrations.*JSON"):
+    with raises(
+        FormatError, code="unsupported_feature", mentions=["TFRecord", "camera_calibrations", "JSON"]
+    ):
         raycam.load_cameras(tmp_path / "segment.tfrecord")

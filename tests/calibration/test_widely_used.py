@@ -14,6 +14,7 @@ import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
 from support.camera_truth import check, four, intrinsics
+from support.raises import raises
 
 R = Rotation.from_rotvec([0.4, -0.7, 0.2]).as_matrix()
 C = np.array([0.3, -1.2, 2.5])
@@ -44,7 +45,7 @@ def test_realestate10k_scales_its_intrinsics_by_the_size(tmp_path: Path) -> None
     check(cameras["52553000"], intrinsics(320.0, 324.0, 307.2, 183.6), R, C)
     assert cameras["52553000"].pixel_center == "half"
     assert cameras.times["52553000"] == pytest.approx(52.553)
-    with pytest.raises(FormatError, match="size"):
+    with raises(FormatError, code="syntax", mentions=["a.txt"]):
         load(tmp_path / "a.txt")
 
 
@@ -393,9 +394,8 @@ UNREAD = {
 def test_formats_that_are_not_read_are_named_with_a_remedy(tmp_path: Path, name: str) -> None:
     file, text = UNREAD[name]
     (tmp_path / file).write_text(text)
-    with pytest.raises(FormatError, match=name) as caught:
+    with raises(FormatError, mentions=[name, file]):
         load(tmp_path / file)
-    assert file in str(caught.value)
 
 
 def test_mrcal_reads_its_own_files(tmp_path: Path) -> None:
@@ -418,7 +418,7 @@ def test_mrcal_reads_its_own_files(tmp_path: Path) -> None:
     (tmp_path / "a.cameramodel").write_text(
         f"{{ 'lensmodel': '{splined}', 'intrinsics': [1, 2, 3, 4, 5], 'imagersize': [640, 480] }}"
     )
-    with pytest.raises(FormatError, match="SPLINED_STEREOGRAPHIC"):
+    with raises(FormatError, code="syntax", mentions=["SPLINED_STEREOGRAPHIC"]):
         load(tmp_path / "a.cameramodel")
 
 

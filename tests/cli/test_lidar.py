@@ -121,3 +121,38 @@ def test_lidars_are_listed_and_described(capsys: pytest.CaptureFixture[str]) -> 
     assert [line.split()[0] for line in lines] == raycam.lidar.device_names()
     assert main(["lidars", "os1-64"]) == 0
     assert "range_10: 40 metres" in capsys.readouterr().out
+
+
+RIG = """
+[[rig]]
+name = "car"
+
+[[rig.camera]]
+name = "CAM_FRONT"
+size = [40, 30]
+fov = 60
+location = [0.5, 0, 1.2]
+"""
+
+
+def test_dataset_mounts_lidars_on_the_rig(tmp_path: Path) -> None:
+    Path("car.toml").write_text(STREET.replace("[video]", RIG + "\n[video]"), encoding="utf-8")
+    command = ["dataset", "car.toml", "-o", "out", "--rig", "car", "--format", "nuscenes", "--samples", "1"]
+    Path("body.tum").write_text("0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n", encoding="utf-8")
+    assert main([*command, "--lidar", "LIDAR_TOP=vlp16@0,0,1.8", "--poses", "body.tum"]) == 0
+    scans = sorted(Path("out/samples/LIDAR_TOP").iterdir())
+    assert len(scans) == 2
+    points = np.fromfile(scans[0], np.float32).reshape(-1, 5)
+    assert points[:, 2].min() == pytest.approx(-1.8, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    "text", ["vlp16", "top=vlp16", "top=vlp16@0,0", "=vlp16@0,0,1", "CAM_FRONT=vlp16@0,0,1"]
+)
+def test_malformed_mounts_are_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("car.toml").write_text(STREET + RIG, encoding="utf-8")
+    command = ["dataset", "car.toml", "-o", "out", "--rig", "car", "--format", "nuscenes"]
+    assert main([*command, "--lidar", text]) == 2
+    assert text in capsys.readouterr().err
+    assert main(["dataset", "car.toml", "-o", "out", "--lidar", "top=vlp16@0,0,1"]) == 2
+    assert "--rig" in capsys.readouterr().err

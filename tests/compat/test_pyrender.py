@@ -11,6 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.compat import pyrender
+from support.raises import raises, warns
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -115,7 +116,7 @@ def test_segmentation_shows_the_nodes_of_the_map_alone() -> None:
     assert renderer.render(made, flags=flags.DEPTH_ONLY)[24, 31] == 2.0
 
 
-def test_backs_are_cut_away_and_planes_cut() -> None:
+def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
     flags = pyrender.RenderFlags
     for sides, flag, expected in ((False, 0, 3.5), (True, 0, 2.5), (False, flags.SKIP_CULL_FACES, 2.5)):
         material = pyrender.MetallicRoughnessMaterial(doubleSided=sides)
@@ -137,7 +138,7 @@ def test_backs_are_cut_away_and_planes_cut() -> None:
 
 def test_colours_backgrounds_and_alpha() -> None:
     flags = pyrender.RenderFlags
-    with pytest.warns(raycam.Notice, match="of 255"):  # whole numbers are of 255
+    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # whole numbers are of 255
         made = pyrender.Scene(bg_color=[1, 1, 1, 0])
     made.add(camera(), pose=BACK)
     color, _ = pyrender.OffscreenRenderer(*SIZE).render(made, flags.RGBA)
@@ -160,7 +161,7 @@ def test_colours_backgrounds_and_alpha() -> None:
     assert np.abs(color[24, 31].astype(int) - [228, 50, 25]).max() <= 1
     assert depth[24, 31] == np.float32(1.95)
     box.visual = trimesh.visual.ColorVisuals(box, face_colors=np.tile([[0, 255, 0, 255]], (12, 1)))
-    with pytest.raises(ValueError, match="smooth=False"):
+    with raises(ValueError, mentions=["smooth=False"]):
         pyrender.Mesh.from_trimesh(box)
     assert pyrender.Mesh.from_trimesh(box, smooth=False).primitives[0].color_0.shape == (36, 4)
 
@@ -209,14 +210,14 @@ def test_scene_graphs_names_and_errors() -> None:
     assert np.allclose(made.bounds[1], made.bounds[0] + made.extents)
     made.remove_node(node)
     assert not made.has_node(below)
-    with pytest.raises(ValueError, match="not in the scene"):
+    with raises(ValueError, mentions=["'a'"]):
         made.set_pose(node, np.eye(4))
     with pytest.raises(TypeError):
         made.add("box")
     with pytest.raises(TypeError):
         pyrender.Mesh.from_trimesh(trimesh.Scene())
     made.clear()
-    with pytest.raises(ValueError, match="no camera"):
+    with raises(ValueError, mentions=["scene.add("]):
         pyrender.OffscreenRenderer(4, 4).render(made)
     lights = pyrender.Viewer._create_raymond_lights(pyrender.Viewer)
     assert len(lights) == 3
@@ -326,7 +327,7 @@ def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shad
     flat = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.FLAT)[0]
     assert np.abs(flat[24, 40].astype(int) - [128, 64, 255]).max() <= 1
     monkeypatch.setattr(pyrender, "shading", "blender")
-    with pytest.raises(ValueError, match='expected "pyrender" or "raycam"'):
+    with raises(ValueError, mentions=['"pyrender"', '"raycam"']):
         pyrender.OffscreenRenderer(*SIZE).render(made)
 
 
@@ -365,5 +366,5 @@ def test_raycams_own_light_has_textures_lamps_and_copies(monkeypatch: pytest.Mon
     assert color[0, 0, 3] == 0
     made.add(pyrender.OrthographicCamera(1, 1), pose=BACK, name="parallel")
     made.main_camera_node = next(iter(made.get_nodes(name="parallel")))
-    with pytest.raises(NotImplementedError, match="perspective"):
+    with raises(NotImplementedError, mentions=['"raycam"']):
         pyrender.OffscreenRenderer(*SIZE).render(made)

@@ -13,6 +13,7 @@ import raycam
 from PIL import Image
 from raycam.compat import pyrender
 from support.patience import until
+from support.raises import raises, warns
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -182,19 +183,19 @@ def test_attributes_are_converted_and_checked() -> None:
         (pyrender.PerspectiveCamera(1.0), "yfov", 0),
         (pyrender.OrthographicCamera(1, 1), "ymag", -1),
     ):
-        with pytest.raises(ValueError, match=name):
+        with raises(ValueError, mentions=[name]):
             setattr(holder, name, value)
-    with pytest.raises(TypeError, match="doubleSided"):
+    with raises(TypeError, mentions=["doubleSided"]):
         material.doubleSided = 1
-    with pytest.raises(TypeError, match="expected a Mesh"):
+    with raises(TypeError, mentions=["Mesh"]):
         pyrender.Node().mesh = trimesh.creation.box()
-    with pytest.raises(ValueError, match=r"normals of shape \[2, 3\]"):
+    with raises(ValueError, mentions=["[2, 3]"]):
         pyrender.Primitive(np.zeros((3, 3)), normals=np.zeros((2, 3)))
-    with pytest.raises(ValueError, match="mode is 9"):
+    with raises(ValueError, mentions=["TRIANGLE_FAN"]):
         pyrender.Primitive(np.zeros((3, 3)), mode=9)
-    with pytest.raises(ValueError, match="aspectRatio"):
+    with raises(ValueError, mentions=["aspectRatio"]):
         pyrender.PerspectiveCamera(1.0).get_projection_matrix()
-    with pytest.raises(ValueError, match="channels"):
+    with raises(ValueError, mentions=["channels"]):
         pyrender.Texture(source=np.zeros((2, 2, 3)), source_channels="BGR")
     wide = pyrender.OrthographicCamera(xmag=1.5, ymag=2.0)
     assert wide.get_projection_matrix(width=64, height=48)[0, 0] == 0.375
@@ -217,9 +218,9 @@ def test_images_become_textures_of_the_channels_asked_for() -> None:
     assert form(image / 255.0, "R").shape == (2, 2)
     assert form(image, "RGBA")[..., 3].tolist() == [[255, 255], [255, 255]]
     assert form(Image.fromarray(image).convert("P"), "RGB").shape == (2, 2, 3)
-    with pytest.raises(ValueError, match="2 channels"):
+    with raises(ValueError, mentions=["2 channels"]):
         form(image[..., :2], "RGB")
-    with pytest.raises(TypeError, match="expected an image"):
+    with raises(TypeError, mentions=["[h, w]"]):
         form("brick.png")
 
 
@@ -227,7 +228,7 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
     monkeypatch.setattr("raycam.viewer.viewer.open_browser", lambda *_: False)
     scene = pyrender.Scene()
     node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(1)))
-    with pytest.warns(raycam.Notice, match="rotate, registered_keys"):
+    with warns(raycam.Notice, code="unused_option", mentions=["registered_keys"]):
         viewer = pyrender.Viewer(
             scene,
             viewport_size=(64, 48),
@@ -248,12 +249,12 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
     finally:
         viewer.close_external()
     assert not viewer.is_active
-    with pytest.raises(NotImplementedError, match=r"raycam\.video\.write_video"):
+    with raises(NotImplementedError, mentions=["raycam.video.write_video"]):
         viewer.save_gif()
 
 
-def test_whole_numbers_that_look_like_parts_of_one_are_told() -> None:
-    with pytest.warns(raycam.Notice, match=r"colour \[1, 1, 1\] is of 255"):
+def test_integer_colors_in_0_to_1_give_a_notice() -> None:
+    with warns(raycam.Notice, code="implausible", mentions=["[1, 1", "255"]):
         light = pyrender.DirectionalLight(color=[1, 1, 1])
     assert light.color.tolist() == [np.float32(1 / 255)] * 3
     with warnings.catch_warnings():
@@ -268,7 +269,7 @@ def test_a_mesh_that_is_not_of_trimesh_is_refused_with_the_way_on() -> None:
         vertices: Any
         faces: Any
 
-    with pytest.raises(TypeError, match=r"not Arrays; arrays go to Primitive\(positions"):
+    with raises(TypeError, mentions=["indices=faces"]):
         pyrender.Mesh.from_trimesh(Arrays(np.zeros((3, 3)), [[0, 1, 2]]))
 
 
@@ -280,9 +281,9 @@ def test_node_assigned_elements_take_effect() -> None:
     np.testing.assert_allclose(node.matrix, [[2, 0, 0, 5], [0, 2, 0, 3], [0, 0, 4, 4], [0, 0, 0, 1]])
     node.rotation[:] = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]
     np.testing.assert_allclose(node.matrix[:3, 0], [0, 2, 0], atol=1e-12)
-    with pytest.raises(ValueError, match="rotation"):
+    with raises(ValueError, mentions=["rotation"]):
         node.rotation[0] = 3
-    with pytest.raises(ValueError, match="translation"):
+    with raises(ValueError, mentions=["translation"]):
         node.translation[0] = np.nan
     np.testing.assert_allclose(node.matrix[:3, 0], [0, 2, 0], atol=1e-12)
 
@@ -296,7 +297,7 @@ def test_node_translation_keeps_a_mirroring_matrix() -> None:
 def test_camera_planes_are_checked_after_construction() -> None:
     camera = pyrender.PerspectiveCamera(yfov=1.0, znear=0.1, zfar=10)
     for name, value in (("znear", 20), ("zfar", 0.05), ("znear", 10)):
-        with pytest.raises(ValueError, match=name):
+        with raises(ValueError, mentions=[name]):
             setattr(camera, name, value)
     assert (camera.znear, camera.zfar) == (0.1, 10)
     camera.zfar = None
@@ -313,7 +314,7 @@ def test_scene_accepts_nodes_with_their_children() -> None:
         assert scene.nodes == {root, branch, leaf}
         np.testing.assert_allclose(scene.get_pose(leaf)[:3, 3], [1, 1, 1])
     branch.children.append(root)
-    with pytest.raises(ValueError, match="below itself"):
+    with raises(ValueError, mentions=["'root'"]):
         pyrender.Scene(nodes=[root, branch])
 
 
@@ -336,7 +337,7 @@ def test_one_color_is_that_of_all_points(color: object) -> None:
 
 
 def test_renderer_without_shaders_names_the_channel() -> None:
-    with pytest.raises(AttributeError, match="channel normal"):
+    with raises(AttributeError, mentions=["normal"]):
         _ = pyrender.OffscreenRenderer(4, 3)._renderer
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import raycam
 from raycam import cli
+from support.raises import raises
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = ("--samples", "1", "--size", "48x30")
@@ -23,7 +24,7 @@ COMMANDS = [
 ]
 
 
-def test_there_are_quick_starts() -> None:
+def test_data_functions_return_worlds_cameras_and_files() -> None:
     assert len(COMMANDS) >= 6
 
 
@@ -75,7 +76,7 @@ def test_worlds_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         assert raycam.data.path(name).is_file()
     assert sum(raycam.data.path(name).stat().st_size for name in raycam.data.NAMES) < 2_000_000
     assert "Keenan Crane" in raycam.data.path("CREDITS.md").read_text()
-    with pytest.raises(raycam.SettingsError, match=r"'spot\.toml'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'spot.toml'"]):
         raycam.data.path("spot.tml")
     world.add_object("box")
     assert len(raycam.data.spot().objects) == len(world.objects) - 1

@@ -11,6 +11,7 @@ import raycam
 from pycocotools.coco import COCO
 from raycam.dataset import write
 from support.box_table import picture, ring, table, truth
+from support.raises import warns
 
 
 def test_bop(tmp_path: Path) -> None:
@@ -171,7 +172,7 @@ def test_bop_reports_categories_with_several_shapes(tmp_path: Path) -> None:
     world = raycam.World()
     for x, size in ((-0.4, 0.1), (0.4, 0.2)):
         world.add_object(box={"size": [size] * 3}, location=[x, 0, 0.3], category=5)
-    with pytest.warns(raycam.Notice, match="obj_id 5"):
+    with warns(raycam.Notice, code="duplicate_name", mentions=["obj_id"]):
         write(world, tmp_path / "set", "bop", cameras=ring(1), samples=1, integrator="flat")
     assert list(model_rows(tmp_path / "set")) == [1, 5]
     for wrong in ({"cup": 1}, {"5": 0}, {"5": 2.5}, [1]):

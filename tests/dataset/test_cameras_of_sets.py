@@ -12,6 +12,7 @@ import pytest
 import raycam
 from raycam.dataset import write
 from support.box_table import ring, table
+from support.raises import raises
 
 POINTS = np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3))
 
@@ -80,5 +81,5 @@ def test_replicators_camera_is_read_by_its_film(tmp_path: Path) -> None:
     (found,) = raycam.load_cameras(path).values()
     np.testing.assert_allclose(found.project(POINTS)[0] - 0.5, camera.project(POINTS)[0], atol=1e-6)
     path.write_text(json.dumps({**params, "cameraModel": "fisheyePolynomial"}))
-    with pytest.raises(raycam.errors.FormatError, match="fisheyePolynomial"):
+    with raises(raycam.errors.FormatError, code="syntax", mentions=["fisheyePolynomial"]):
         raycam.load_cameras(tmp_path)

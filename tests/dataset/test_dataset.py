@@ -15,6 +15,7 @@ from raycam.dataset import FORMATS, views, write
 from raycam.dataset.plan import Plan
 from raycam.jobs import Job
 from support.box_table import ring, table
+from support.raises import raises
 
 
 def quick(tmp_path: Path, **options: Any) -> raycam.dataset.DatasetResult:
@@ -22,8 +23,12 @@ def quick(tmp_path: Path, **options: Any) -> raycam.dataset.DatasetResult:
 
 
 NEEDS = {"hdf5": "h5py", "mcap": "mcap"}
-HERE = [name for name in FORMATS if name != "semantickitti" and (name not in NEEDS or find_spec(NEEDS[name]))]
-"""The formats of cameras; "semantickitti" requires a rig with a lidar."""
+HERE = [
+    name
+    for name in FORMATS
+    if name not in ("semantickitti", "nuscenes") and (name not in NEEDS or find_spec(NEEDS[name]))
+]
+"""The formats of cameras; The formats of cameras: the others require a rig with a lidar."""
 
 
 @pytest.mark.parametrize("name", HERE)
@@ -69,23 +74,25 @@ def plan(name: str) -> Plan:
 def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
     lens = ring(1, distortion=[-0.1, 0, 0, 0])
     for name in ("bop", "kitti", "tum", "scannet"):
-        with pytest.raises(raycam.CameraError, match="camera 0 has"):
+        with raises(raycam.CameraError, code="unsupported_camera"):
             write(table(), tmp_path / name, name, cameras=lens)
-    with pytest.raises(raycam.SettingsError, match="did you mean 'coco'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'coco'"]):
         write(table(), tmp_path / "x", "cocco")
-    with pytest.raises(raycam.SettingsError, match="option of coco"):
+    with raises(raycam.SettingsError, code="unknown_key"):
         quick(tmp_path / "x", segmentatio="rle")
-    with pytest.raises(raycam.SettingsError, match="segmentation is 'mask'"):
+    with raises(raycam.SettingsError, code="invalid_value", mentions=["'mask'"]):
         quick(tmp_path / "x", segmentation="mask")
-    with pytest.raises(raycam.SettingsError, match="no category 'cow'"):
+    with raises(raycam.SettingsError, code="unknown_name", mentions=["'cow'"]):
         quick(tmp_path / "x", keypoints={"cow": {}})
-    with pytest.raises(raycam.SettingsError, match="2 times for 3 cameras"):
+    with raises(raycam.SettingsError, code="wrong_shape"):
         write(table(), tmp_path / "x", cameras=ring(3), times=[0, 1])
-    with pytest.raises(raycam.SettingsError, match="flow goes from each view to the next"):
+    with raises(raycam.SettingsError, code="missing_value"):
         write(table(), tmp_path / "x", "kitti", cameras=ring(1), flow=True)
     assert list(tmp_path.iterdir()) == []
     quick(tmp_path / "y")
-    with pytest.raises(raycam.JobError, match=r'options.segmentation was "rle", is "polygon"'):
+    with raises(
+        raycam.JobError, code="changed_input", mentions=["options.segmentation", '"rle"', '"polygon"']
+    ):
         quick(tmp_path / "y", segmentation="polygon")
     assert quick(tmp_path / "y", segmentation="polygon", resume=False).made == 3
 
@@ -125,5 +132,5 @@ def test_another_mesh_or_texture_is_another_data_set(tmp_path: Path, change: str
     camera = [raycam.Camera.look_at([0.2, 0.2, 3], [0.2, 0.2, 0], [0, 1, 0], size=(16, 12))]
     write(files(1.0, 80), tmp_path / "d", cameras=camera)
     assert write(files(1.0, 80), tmp_path / "d", cameras=camera).made == 0
-    with pytest.raises(raycam.JobError, match="another job is here: world was"):
+    with raises(raycam.JobError, code="changed_input"):
         write(files(2.0 if change == "mesh" else 1.0, 81), tmp_path / "d", cameras=camera)

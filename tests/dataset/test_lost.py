@@ -112,7 +112,7 @@ def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
     assert [row["file_name"] for row in rows] == ["000000.png", "000001.png", "000002.png"]
 
 
-@pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti"}))
+@pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti", "nuscenes"}))
 def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str) -> None:
     images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg"}
     cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0])}
@@ -176,7 +176,7 @@ def test_some_times_outside_of_the_video_are_told(tmp_path: Path, times: list[fl
     world = wall(3.5)
     world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
     (notice,) = told(write(world, tmp_path, "coco", cameras=[ahead()] * 3, times=times))
-    assert f"{many} times are outside of what moves in the world (0 to 1 s)" in str(notice)
+    assert f"{many} times are outside the world's motion (0 to 1 s)" in str(notice)
 
 
 def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> None:

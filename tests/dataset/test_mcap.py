@@ -16,6 +16,7 @@ from PIL import Image
 from raycam.dataset import write
 from raycam.dataset.training.mcap import quaternion
 from scipy.spatial.transform import Rotation
+from support.raises import fault, raises
 
 SIZE = (32, 24)
 
@@ -229,11 +230,11 @@ def test_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mcap")
     lens = cameras()[0].replace(distortion=[0.1], model="division")
     for options, words in (
-        ({"cameras": [lens]}, "division"),
-        ({"cameras": cameras(), "fps": 0}, "fps"),
-        ({"cameras": cameras(), "topic": "camera"}, "begins with /"),
+        ({"cameras": [lens]}, fault("unsupported_camera", "division")),
+        ({"cameras": cameras(), "fps": 0}, fault("out_of_range", "fps")),
+        ({"cameras": cameras(), "topic": "camera"}, fault("invalid_value", "'camera'")),
     ):
-        with pytest.raises(raycam.SettingsError, match=words):
+        with raises(raycam.SettingsError, **words):
             write(world(), tmp_path / "x", "mcap", **options)
     assert not (tmp_path / "x").exists()
 
@@ -241,5 +242,5 @@ def test_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_the_package_the_way_on_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "mcap", None)
     monkeypatch.setitem(__import__("sys").modules, "mcap.writer", None)
-    with pytest.raises(raycam.SettingsError, match=r"raycam\[mcap\]"):
+    with raises(raycam.SettingsError, code="missing_dependency", mentions=["raycam[mcap]"]):
         write(world(), tmp_path / "x", "mcap", cameras=cameras())

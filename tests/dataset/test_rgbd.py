@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 import raycam
 from raycam.dataset import views, write
 from support.box_table import picture, ring, table, truth
+from support.raises import raises
 
 
 def test_tum(tmp_path: Path) -> None:
@@ -36,7 +36,7 @@ def test_tum(tmp_path: Path) -> None:
 
 def test_tum_has_one_picture_at_a_time(tmp_path: Path) -> None:
     cameras = ring(3)
-    with pytest.raises(raycam.SettingsError, match=r"views 0 and 2 are both of the time 0\.500000"):
+    with raises(raycam.SettingsError, code="duplicate_name", mentions=["0.500000"]):
         write(table(), tmp_path / "tum", "tum", cameras=cameras, times=[0.5, 0.6, 0.5000001])
     assert not (tmp_path / "tum").exists()
 

@@ -11,6 +11,7 @@ import pytest
 import raycam
 from raycam.dataset import write
 from support.box_table import ring
+from support.raises import raises
 
 OPTIONS: dict[str, Any] = {"samples": 1, "integrator": "flat"}
 
@@ -127,10 +128,10 @@ def test_wrong_worlds_raise_before_rendering(
 
 
 def test_a_category_that_the_data_set_lacks_fails_with_its_name(tmp_path: Path) -> None:
-    with pytest.raises(raycam.JobError, match="ball"):
+    with raises(raycam.JobError, code="failed_frames", mentions=["ball"]):
         write(worlds=make_world, count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)
 
 
 def test_an_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
-    with pytest.raises(raycam.JobError, match="ended after 1"):
+    with raises(raycam.JobError, code="failed_frames"):
         write(worlds=iter([make_world(0)]), count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)

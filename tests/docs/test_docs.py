@@ -21,6 +21,7 @@ from pathlib import Path
 import pytest
 import raycam
 from raycam import cli
+from support.raises import raises
 
 ROOT = Path(__file__).resolve().parents[2]
 MADE = {"_build", "_generated", "lab-notes", "reference"}
@@ -158,7 +159,7 @@ def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
 
 
 def test_a_wrong_answer_is_noticed() -> None:
-    with pytest.raises(AssertionError, match="Expected"):
+    with raises(AssertionError, mentions=["Expected"]):
         run_doctest(">>> 1 + 1\n3\n", "page", 1, {})
 
 

@@ -10,6 +10,7 @@ import pytest
 import raycam
 from raycam.cli import main
 from raycam.explanation.scene_figure import light_lines
+from support.raises import raises
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -54,7 +55,7 @@ def test_shadow_rays_end_at_the_light_or_at_what_is_in_the_way(world: raycam.Wor
 
 def test_another_subject_is_refused(world: raycam.World) -> None:
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=50)
-    with pytest.raises(raycam.SettingsError, match="expected ray, light, tree"):
+    with raises(raycam.SettingsError, code="invalid_value", mentions=["'boxes'"]):
         raycam.explain(world, camera, (1, 1)).svg("boxes")
 
 

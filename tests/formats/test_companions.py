@@ -156,14 +156,14 @@ def test_what_stands_for_a_file_is_called_so(tmp_path: Path, content: bytes, wor
         path = tmp_path / f"x.{kind}"
         path.write_bytes(content)
         if kind != "toml" or content:
-            with pytest.raises(raycam.FormatError, match=words):
+            with raises(raycam.FormatError, mentions=[words]):
                 raycam.load(path)
-    with pytest.raises(raycam.FormatError, match=words):
+    with raises(raycam.FormatError, mentions=[words]):
         raycam.Recipe(tmp_path / "x.toml")
     write_gltf(tmp_path)
     write_image(tmp_path / "a.png")
     (tmp_path / "a.bin").write_bytes(content)
-    with pytest.raises(raycam.FormatError, match=f"a.bin: .*{words}"):
+    with raises(raycam.FormatError, mentions=["a.bin", words]):
         raycam.load(tmp_path / "a.gltf")
     write_gltf(tmp_path)
     (tmp_path / "a.png").write_bytes(content)

@@ -22,6 +22,7 @@ from support.gltf_document import (
     png,
     seen,
 )
+from support.raises import raises
 
 DATA = Path(__file__).parent / "data" / "gltf"
 
@@ -450,6 +451,14 @@ def test_faulty_camera_is_omitted_with_a_notice(tmp_path: Path, camera: dict[str
     assert omitted(world) == ["nodes[0].camera"]
 
 
+def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
+    document = Document()
+    document.node(mesh=document.square(), camera="zero")
+    world = load(document, tmp_path)
+    assert (len(world.objects), len(world.cameras)) == (1, 0)
+    assert omitted(world) == ["nodes[0].camera"]
+
+
 # Missing things -------------------------------------------------------------------------------------------
 
 
@@ -461,7 +470,9 @@ def test_unknown_extensions(tmp_path: Path) -> None:
     assert world.counts["triangles"] == 2
     assert any("EXT_of_tomorrow is not read, and not required" in str(notice) for notice in world.notices)
     document.use("EXT_of_tomorrow", required=True)
-    with pytest.raises(
-        raycam.FormatError, match=r"extensionsRequired: EXT_of_tomorrow \(UNSUPPORTED_EXTENSION\)"
+    with raises(
+        raycam.FormatError,
+        code="unsupported_feature",
+        mentions=["extensionsRequired", "EXT_of_tomorrow", "UNSUPPORTED_EXTENSION"],
     ):
         load(document, tmp_path)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from support.gltf_document import SQUARE, Document, animated, load
+from support.raises import raises
 
 
 def _float(d: Document) -> None:
@@ -55,11 +56,11 @@ REFUSED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("code", REFUSED)
-def test_what_spoils_the_picture_is_refused_by_its_code(tmp_path: Path, code: str) -> None:
+def test_faults_that_affect_the_image_are_refused_with_their_code(tmp_path: Path, code: str) -> None:
     document = Document()
     document.node(mesh=document.square())
     REFUSED[code](document)
-    with pytest.raises(raycam.FormatError, match=code):
+    with raises(raycam.FormatError, mentions=[code]):
         load(document, tmp_path)
 
 

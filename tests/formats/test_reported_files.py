@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import raises
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
 
@@ -123,7 +124,9 @@ def test_options_behind_a_file_name_are_applied(tmp_path: Path) -> None:
 )
 def test_a_decimal_comma_is_named(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
-    with pytest.raises(raycam.FormatError, match=r'"\d,\d" is not a number: it has a decimal comma'):
+    with raises(
+        raycam.FormatError, code="syntax", mentions=[name, next(word for word in text.split() if "," in word)]
+    ):
         raycam.load(tmp_path / name)
 
 
@@ -147,7 +150,7 @@ def test_an_exr_image_of_one_channel_is_grey(tmp_path: Path, name: str, alpha: b
 def test_an_exr_image_of_two_other_channels_is_refused(tmp_path: Path) -> None:
     plane = np.ones((2, 4), "f4")
     write_exr(tmp_path / "a.exr", {"X": plane, "Z": plane})
-    with pytest.raises(raycam.FormatError, match="channels X, Z, expected R, G and B, or one alone"):
+    with raises(raycam.FormatError, code="unsupported_feature", mentions=["a.exr"]):
         raycam.World().add_light(type="environment", image=str(tmp_path / "a.exr"))
 
 
@@ -176,9 +179,9 @@ def test_an_array_with_odd_values_is_no_image(value: float) -> None:
     image = np.full((4, 8, 3), 0.5, "f4")
     image[1, 2, 0] = image[3, 3, 2] = value
     world = raycam.World()
-    with pytest.raises(raycam.WorldError, match="2 values are infinite or not numbers"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["8 x 4"]):
         world.add_light(type="environment", image=image)
-    with pytest.raises(raycam.WorldError, match="2 values"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["8 x 4"]):
         world.add_object("sphere", texture=image)
     assert world.lights == []
     assert not len(world.objects)
@@ -202,7 +205,7 @@ def test_images_of_colmap_without_their_points_are_named(tmp_path: Path) -> None
     lines = [f"{i} 1 0 0 0 {i} 0 0 1 {name}.jpg\n" for i, name in enumerate("abc", 1)]
     (tmp_path / "points3D.txt").write_text("")
     (tmp_path / "images.txt").write_text("".join(lines))
-    with pytest.raises(raycam.FormatError, match=r"images\.txt:2: .*each has a second line"):
+    with raises(raycam.FormatError, code="syntax", mentions=["images.txt:2"]):
         raycam.load_cameras(tmp_path)
     (tmp_path / "images.txt").write_text("\n".join(lines))
     assert list(raycam.load_cameras(tmp_path)) == ["a.jpg", "b.jpg", "c.jpg"]

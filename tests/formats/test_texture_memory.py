@@ -110,7 +110,7 @@ def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> 
     whole = raycam.load(folder / "world.toml")
     fits = raycam.load(folder / "world.toml", texture_memory="64 MiB")
     assert fits.to_bytes() == whole.to_bytes()
-    with pytest.raises(raycam.WorldError, match=r"texture_memory = 10 KiB|texture_memory = 10.0 KiB"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["texture_memory"]):
         raycam.load(folder / "world.toml", texture_memory="10 KiB").to_bytes()
     again = raycam.World.from_bytes(whole.to_bytes(), texture_memory="10 KiB")
     assert picture(again)["color"].tobytes() == picture(whole)["color"].tobytes()

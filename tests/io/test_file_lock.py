@@ -8,9 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from raycam.errors import JobError
 from raycam.io.file_lock import hold_lock, lock_holder
+from support.raises import raises
 
 PROGRAM = """
 import sys, pathlib
@@ -32,8 +32,10 @@ def test_hold_lock_admits_one_process_until_it_ends(tmp_path: Path) -> None:
         who = lock_holder(path)
         assert who is not None
         assert f"process {process.pid} on" in who
-        message = rf"there: process {process.pid} on .*"
-        with pytest.raises(JobError, match=message), hold_lock(path, Path("there")):
+        with (
+            raises(JobError, code="folder_in_use", mentions=["there", process.pid]),
+            hold_lock(path, Path("there")),
+        ):
             pass
         os.kill(process.pid, signal.SIGKILL)
     assert lock_holder(path) is None

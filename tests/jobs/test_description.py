@@ -10,6 +10,7 @@ import raycam
 from raycam.errors import JobError
 from raycam.jobs.description import differences, mismatch_message, read_description, world_differences
 from raycam.jobs.job_package import JobPackage
+from support.raises import raises
 
 
 def room(**changed: Any) -> raycam.World:
@@ -77,5 +78,5 @@ def test_a_description_that_is_none_is_named(tmp_path: Path) -> None:
     path = tmp_path / "job.json"
     assert read_description(path) is None
     path.write_text('{"job": "a", "frames": 0}')
-    with pytest.raises(JobError, match=r"job\.json: this is no description"):
+    with raises(JobError, code="damaged_job", mentions=["job.json"]):
         read_description(path)

@@ -17,6 +17,7 @@ from raycam.errors import JobError
 from raycam.io.file_lock import hold_lock
 from raycam.jobs import Job, Status
 from support.job_frames import Pool, check_intact, film, in_child, killing_at, package, results
+from support.raises import fault, raises
 
 COUNT = 8
 
@@ -70,19 +71,19 @@ def test_shards_together_are_the_whole(tmp_path: Path, whole: dict[str, bytes]) 
     assert [number for number, _ in job.finished()] == list(range(COUNT))
 
 
-CHANGES: dict[str, tuple[dict[str, Any], str]] = {
-    "samples": ({"samples": 2}, r"settings\.render\.samples was 1, is 2"),
-    "one more": ({"seed": 5}, r"settings\.render\.seed was not given, is 5"),
-    "length": ({"seconds": 1.0}, r"frames was 8, is 10; .*settings\.seconds was 0\.8, is 1\.0"),
+CHANGES: dict[str, tuple[dict[str, Any], list[str]]] = {
+    "samples": ({"samples": 2}, ["settings.render.samples", "1", "2"]),
+    "one more": ({"seed": 5}, ["settings.render.seed", "5"]),
+    "length": ({"seconds": 1.0}, ["frames", "8", "10", "settings.seconds", "0.8", "1.0"]),
 }
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_another_job_is_refused_with_the_difference(tmp_path: Path, change: str) -> None:
-    options, message = CHANGES[change]
+    options, facts = CHANGES[change]
     Job(tmp_path / "a", package()).run(Pool(), frames=[1])
     before = results(tmp_path / "a")
-    with pytest.raises(JobError, match=f"another job is here: .*{message}.*resume=False"):
+    with raises(JobError, code="changed_input", mentions=[*facts, "resume=False"]):
         Job(tmp_path / "a", package(**options))
     assert results(tmp_path / "a") == before
     (tmp_path / "a" / "notes.txt").write_text("mine")
@@ -95,11 +96,10 @@ def test_another_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
     Job(tmp_path / "a", package())
     other = film()
     other._world.add_light({"type": "sky", "radiance": [1, 1, 1]})
-    told = r"world was \"[0-9a-f]{20}.*; light\.\d was not given, is \{\"type\": \"sky\""
-    with pytest.raises(JobError, match=told):
+    with raises(JobError, code="changed_input", mentions=["world", "light.", '{"type": "sky"']):
         Job(tmp_path / "a", other.package())
     monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
-    with pytest.raises(JobError, match=r'raycam was "[\d.]+", is "99\.0"'):
+    with raises(JobError, code="changed_input", mentions=['", is "', "99.0"]):
         Job(tmp_path / "a", package())
 
 
@@ -112,7 +112,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
 
     job = Job(tmp_path / "a", package())
     calls: list[tuple[int, int, int]] = []
-    with pytest.raises(JobError, match="2 frames, the first is 2: WorldError: no such thing") as fault:
+    with raises(JobError, code="failed_frames", mentions=["WorldError"]) as fault:
         job.run(Pool(before), progress=lambda *call: calls.append(call))
     assert calls[-1] == (6, 8, 2)
     assert job.status() == Status(8, 6, {2: "WorldError: no such thing", 5: "WorldError: no such thing"})
@@ -123,7 +123,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
 
     # They stay failed until they are asked for.
     pool = Pool()
-    with pytest.raises(JobError, match="retry_failed=True"):
+    with raises(JobError, code="failed_frames", mentions=["retry_failed=True"]):
         Job(tmp_path / "a", package()).run(pool)
     assert pool.made == []
     Job(tmp_path / "a", package()).run(pool, frames=[0, 1])
@@ -133,7 +133,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
     assert Job(tmp_path / "a").status().failed == {}
 
 
-def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
+def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     tmp_path: Path, whole: dict[str, bytes]
 ) -> None:
     job = Job(tmp_path / "a", package())
@@ -144,13 +144,13 @@ def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
     (tmp_path / "a/frame_0006.png").unlink()
     with (tmp_path / "a/frame_0001.png").open("ab") as file:
         file.write(b"x")
-    with pytest.raises(JobError, match=r"frame_0003\.png: it was made with"):
+    with raises(JobError, code="damaged_job", mentions=["frame_0003.png"]):
         Job(tmp_path / "a").read(3)
     job = Job(tmp_path / "a")
     assert job.status().finished == 6
     wrong = job.verify()
     assert list(wrong) == ["frame_0001.png", "frame_0003.png", "frame_0006.png"]
-    assert "is not there any more" in wrong["frame_0006.png"]
+    assert "frame_0006.png: " in wrong["frame_0006.png"]
     damaged = [tmp_path / f"a/frame_000{number}.png.damaged" for number in (1, 3)]
     assert sorted((tmp_path / "a").glob("*.damaged")) == damaged
     assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are made again
@@ -190,7 +190,7 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     assert results(folder) == whole
 
 
-def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -> None:
     job = Job(tmp_path / "a", package())
     job.run(Pool())
     index, film = tmp_path / "a/lists/index.json", tmp_path / "a.mp4"
@@ -204,7 +204,7 @@ def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict
     wrong = Job(tmp_path / "a").verify()
     assert list(wrong) == ["lists/index.json", "../a.mp4"]
     assert wrong["lists/index.json"].startswith(f"{index}: it was made with 5 bytes")
-    assert wrong["../a.mp4"] == f"{film}: it was made, and is not there any more"
+    assert wrong["../a.mp4"].startswith(f"{film}: ")
     assert index.with_name("index.json.damaged").read_bytes() == b"whale"
     for path in (index, film):
         path.write_bytes(b"whole")
@@ -251,7 +251,7 @@ def test_a_damaged_description_says_what_to_do_and_that_works(
     path = tmp_path / "a/.raycam/job.json"
     for text in (b"{", b"\xff\xfe", b'{"job": 1}'):
         path.write_bytes(text)
-        with pytest.raises(JobError, match=r"job\.json: .*Remove this file and give the command"):
+        with raises(JobError, code="damaged_job", mentions=["job.json"]):
             Job(tmp_path / "a", package())
     path.unlink()
     pool = Pool()
@@ -266,7 +266,7 @@ def test_a_damaged_description_says_what_to_do_and_that_works(
 def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:
     def again(frame: int) -> None:
         if frame == 1:
-            with pytest.raises(JobError, match=f"process {os.getpid()} "):
+            with raises(JobError, code="folder_in_use", mentions=[os.getpid()]):
                 Job(tmp_path / "a", package()).run(Pool())
             Job(tmp_path / "a", package()).run(Pool(), shard=(1, 4))
 
@@ -363,7 +363,7 @@ def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(os, name, refuse)
-        with pytest.raises(OSError, match=r"\[Errno") as fault:
+        with raises(OSError, mentions=["[Errno"]) as fault:
             job.run(Pool())
     assert fault.value.errno == code
     assert check_intact(tmp_path / "a", whole) >= 2
@@ -389,24 +389,24 @@ def test_the_clock_does_not_matter(
 
 
 def test_bad_requests_are_named(tmp_path: Path) -> None:
-    with pytest.raises(JobError, match="no job is here"):
+    with raises(JobError, code="file_not_found"):
         Job(tmp_path)
     job = Job(tmp_path / "a", package())
     for options, message in (
-        ({"frames": [8]}, "frames 8 to 8: the job has 8"),
-        ({"frames": [-1]}, "frames -1"),
-        ({"shard": (0, 3)}, "shard 0/3"),
-        ({"shard": (4, 3)}, "shard 4/3"),
+        ({"frames": [8]}, fault("index_out_of_range")),
+        ({"frames": [-1]}, fault("index_out_of_range", "-1")),
+        ({"shard": (0, 3)}, fault("out_of_range", "0/3")),
+        ({"shard": (4, 3)}, fault("out_of_range", "4/3")),
     ):
-        with pytest.raises(JobError, match=message):
+        with raises(JobError, **message):
             job.run(Pool(), **options)  # type: ignore[arg-type]
     with pytest.raises(KeyError):
         job.read(3)
     (tmp_path / "a/.raycam/job.json").write_text("{")
-    with pytest.raises(JobError, match="no description of a job"):
+    with raises(JobError, code="damaged_job"):
         Job(tmp_path / "a")
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="file"):
+    with raises(OSError, mentions=["file"]):
         Job(tmp_path / "file", package())
 
 

@@ -9,6 +9,7 @@ import pytest
 from raycam.errors import JobError
 from raycam.jobs import journal
 from raycam.jobs.journal import Journal, JournalEntry
+from support.raises import raises
 
 ENTRIES = [
     JournalEntry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
@@ -34,7 +35,7 @@ def test_entries_come_back_and_have_places(path: Path) -> None:
     assert entries(path) == ENTRIES
     for place, entry in journal.read(path):
         assert journal.read_entry(path, place) == entry
-    with pytest.raises(JobError, match="changed by somebody"):
+    with raises(JobError, code="damaged_job"):
         journal.read_entry(path, 1)
     assert entries(path.with_name("none")) == []
 
@@ -56,7 +57,7 @@ def damaged(path: Path) -> list[int]:
     return [place for place, entry in journal.read(path) if entry is None]
 
 
-def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> None:
+def test_invalid_journal_lines_are_ignored_and_blanked(path: Path) -> None:
     right = path.read_bytes()
     nonsense = b'\0\0\0\0\n[]\n{"frame": "x", "files": {}}\n{"frame": 4}\n{"frame": 4, "files": {"a": 3}}\n'
     path.write_bytes(nonsense + right + b'{"fra')
@@ -98,7 +99,7 @@ def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.Monk
         for name, broken in (("write", lambda file, data: real_write(file, data[:7])), ("fsync", fail)):
             with monkeypatch.context() as patch:
                 patch.setattr(os, name, broken)
-                with pytest.raises(OSError, match=r"No space|Input/output"):
+                with raises(OSError, code="file_unreadable", mentions=[path.name]):
                     book.add(JournalEntry(7, {}))
             assert path.read_bytes() == before
         book.add(JournalEntry(7, {}))

@@ -10,13 +10,14 @@ from raycam.errors import JobError
 from raycam.io import atomic_files
 from raycam.jobs import Job
 from support.job_frames import Pool, package, results
+from support.raises import raises
 
 
 @pytest.mark.parametrize("name", ["../a", "/a", "", ".raycam/x", "a/../../b"])
 def test_results_lie_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     job = Job(tmp_path / "a", package())
     monkeypatch.setattr("raycam.video.video.picture_name", lambda _: name)
-    with pytest.raises(JobError, match="no name for a file"):
+    with raises(JobError, code="invalid_value"):
         job.run(Pool(), frames=[0])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a"]
 

@@ -13,6 +13,7 @@ from raycam.cluster import make_pool
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job, tiled_picture
 from support.job_frames import Pool
+from support.raises import Fault, fault, raises
 
 
 def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
@@ -32,7 +33,7 @@ def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
     whole = raycam.render(world, camera, **options)
     job = Job(tmp_path, tiled_picture.job_package(world, camera, tile=16, **options))
     job.run(Pool(), frames=range(0, 12, 5))
-    with pytest.raises(JobError, match="3 of 12 tiles are finished"):
+    with raises(JobError, code="invalid_job", mentions=["12"]):
         tiled_picture.assemble(job)
     with make_pool(2) as pool:
         job.run(pool)
@@ -72,17 +73,17 @@ def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"time_limit": 3.0}, "time_limit is for a picture as a whole"),
-        ({"denoise": True}, "denoise is for a picture as a whole"),
-        ({"region": (0, 0, 62, 43)}, "is not in a picture of"),
-        ({"region": (-1, 0, 5, 5)}, "is not in a picture of"),
+        ({"time_limit": 3.0}, fault("conflicting_values", "time_limit")),
+        ({"denoise": True}, fault("conflicting_values", "noise_threshold")),
+        ({"region": (0, 0, 62, 43)}, fault("out_of_range")),
+        ({"region": (-1, 0, 5, 5)}, fault("out_of_range")),
     ],
 )
-def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: str) -> None:
+def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: Fault) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = raycam.Camera.look_at([2, -3, 2], [0, 0, 0], size=(61, 43), fov=45)
-    with pytest.raises(SettingsError, match=message):
+    with raises(SettingsError, **message):
         tiled_picture.job_package(world, camera, **options)
 
 

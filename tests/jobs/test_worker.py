@@ -13,6 +13,7 @@ from raycam.jobs.kinds import KINDS
 from raycam.jobs.worker import FrameTask, PackageNotFound, WorkerUnfit, render_frame
 from raycam.video import video
 from support.job_frames import film, package
+from support.raises import raises
 
 
 @pytest.fixture(autouse=True)
@@ -62,21 +63,19 @@ def test_a_package_may_come_along(tmp_path: Path) -> None:
     assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and is kept
 
 
-def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_and_foreign_packages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = package()
-    with pytest.raises(PackageNotFound, match=r"no job .* at nowhere seen from"):
+    with raises(PackageNotFound, mentions=[one.id[:12], "nowhere"]):
         render_frame(FrameTask(one.id, "nowhere", 1))
     path = put(tmp_path, one)
-    with pytest.raises(
-        PackageNotFound, match=r"no job 000000000000 at .*expected the job 000000000000, its bytes are"
-    ):
+    with raises(PackageNotFound, mentions=["000000000000"]):
         render_frame(FrameTask("0" * 64, path, 1))
     strange = JobPackage("vidoe", 1, {}, one.world)
-    with pytest.raises(JobError, match="unknown kind of job 'vidoe'; did you mean 'video'"):
+    with raises(JobError, code="unknown_name", mentions=["'vidoe'", "'video'"]):
         render_frame(FrameTask(strange.id, put(tmp_path, strange), 0))
     path = put(tmp_path, one)
     monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
-    with pytest.raises(WorkerUnfit, match=r"made by raycam [\d.]+, this is 99\.0.*seen from"):
+    with raises(WorkerUnfit, mentions=["99.0"]):
         render_frame(FrameTask(one.id, path, 1))
 
 

@@ -35,3 +35,9 @@ def test_frame_with_too_many_pulses_is_refused_before_memory_is_taken() -> None:
     with pytest.raises(MemoryError, match=r"1000000000 pulses.* GiB"):
         lidar.pattern()
     assert MAX_PULSES < 10**9
+
+
+def test_directions_of_extreme_lengths_become_unit_vectors() -> None:
+    lengths = np.array([1e-300, 1e-5, 1.0, 1e200])
+    pattern = raycam.Lidar.of(np.outer(lengths, [0.6, 0, 0.8])).pattern()
+    np.testing.assert_allclose(pattern.directions, np.tile([0.6, 0, 0.8], (4, 1)), rtol=1e-14)

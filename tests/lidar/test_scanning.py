@@ -232,6 +232,8 @@ def test_returns_select_echoes_of_translucent_screens(returns: str, expected: li
         quad(world, [distance, 0, 0], [0, -5, 0], [0, 0, 5], f"at{distance}", **opacity)
     scan = raycam.scan(world, beams(1, returns=returns, noise=False))
     np.testing.assert_allclose(scan["distance"], expected, atol=1e-6)
+    np.testing.assert_allclose(scan["true_distance"], expected, atol=1e-12)
+    np.testing.assert_allclose(scan["true_position"][:, 0], expected, atol=1e-12)
     assert scan["return"].tolist() == list(range(len(expected)))
     assert (scan["returns"] == len(expected)).all()
 

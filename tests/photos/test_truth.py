@@ -14,6 +14,7 @@ import pytest
 import raycam
 from raycam.cli import main
 from support.box_table import picture, ring, table
+from support.raises import raises, warns
 
 FISHEYE = {"model": "fisheye", "distortion": [0.02, -0.01, 0.003, -0.001]}
 
@@ -220,7 +221,7 @@ def test_interrupted_job_resumes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("layout", ["mvsnet", "colmap", "blendedmvs"])
 def test_pinhole_layouts_refuse_lenses(tmp_path: Path, layout: str) -> None:
-    with pytest.raises(raycam.CameraError, match="IMG_0000"):
+    with raises(raycam.CameraError, code="unsupported_camera", mentions=["IMG_0000"]):
         raycam.photo_truth(table(), photographs(**FISHEYE), tmp_path, layout=layout)
     assert not any(tmp_path.iterdir())
 
@@ -251,12 +252,12 @@ def test_mesh_in_millimetres_gives_a_notice_with_the_factor(tmp_path: Path) -> N
         f"{i}": raycam.Camera.look_at([3 * np.cos(i), 3 * np.sin(i), 30], [0, 0, 30], fov=30, size=(32, 24))
         for i in range(5)
     }
-    with pytest.warns(raycam.Notice, match=r"0 of 5 cameras.*0\.001"):
+    with warns(raycam.Notice, code="misplaced_mesh", mentions=["0.001"]):
         raycam.photo_truth(world, cameras, tmp_path)
 
 
 def test_two_cameras_of_one_photograph_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(raycam.SettingsError, match="IMG"):
+    with raises(raycam.SettingsError, code="duplicate_name", mentions=["IMG"]):
         raycam.photo_truth(
             table(),
             dict(enumerate(ring(2))),

@@ -12,6 +12,7 @@ import trimesh
 from raycam.cli import main
 from raycam.photos.visibility import sample_pattern
 from support.box_table import ring, table
+from support.raises import warns
 
 FISHEYE = {"model": "fisheye", "distortion": [0.02, -0.01, 0.003, -0.001]}
 
@@ -122,7 +123,7 @@ def test_inside_out_mesh_counts_both_sides_with_a_notice() -> None:
     world = raycam.World()
     world.add_mesh(ball.vertices, ball.faces[:, ::-1])
     cameras = [raycam.Camera.look_at([3, 0, 0], [0, 0, 0], fov=50, size=(64, 64))]
-    with pytest.warns(raycam.Notice, match="inside out"):
+    with warns(raycam.Notice, code="inside_out_mesh"):
         seen = raycam.surface_visibility(world, cameras)
     assert seen.facing == "both"
     assert 0.2 < (seen.views > 0).mean() < 0.5

@@ -11,6 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.dataset import write
+from support.raises import Fault, fault, raises
 
 SIZE = [24, 16]
 
@@ -99,16 +100,16 @@ def test_a_camera_of_the_recipe_keeps_its_own(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        ("../out", "not in the recipe's folder"),
-        ("none", "no such folder"),
-        ("empty", "no pictures"),
-        ({"folder": "photos", "fit": "fill"}, "cover"),
-        ({"directory": "photos"}, "folder"),
-        (3, "name of a folder"),
+        ("../out", fault("outside_root", "'../out'")),
+        ("none", fault("unknown_name", "'none'")),
+        ("empty", fault("missing_value", "'empty'")),
+        ({"folder": "photos", "fit": "fill"}, fault("unknown_name", "'fill'")),
+        ({"directory": "photos"}, fault("unknown_key", "'directory'")),
+        (3, fault("wrong_type")),
     ],
 )
-def test_errors(folder: Path, value: Any, words: str) -> None:
+def test_errors(folder: Path, value: Any, words: Fault) -> None:
     (folder / "empty").mkdir()
     (folder.parent / "out").mkdir()
-    with pytest.raises(raycam.WorldError, match=words):
+    with raises(raycam.WorldError, **words):
         recipe(folder, background=value).world(0)

@@ -14,6 +14,7 @@ from raycam import _core
 from raycam.randomize import Recipe, sample
 from raycam.randomize.draws import RandomStream
 from raycam.randomize.placement import ConvexPrism, outline
+from support.raises import Fault, fault, raises
 
 RECIPE: dict[str, Any] = {
     "seed": 3,
@@ -233,27 +234,30 @@ def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"objects": []}, "object"),
-        ({"object": [{"box": {"size": 1}, "gap": 1}]}, "gap goes with on"),
-        ({"object": [{"box": {"size": 1}, "on": "tabel"}, {"name": "table", "box": {"size": 1}}]}, "table"),
+        ({"objects": []}, fault("unknown_key", "object")),
+        ({"object": [{"box": {"size": 1}, "gap": 1}]}, fault("missing_value")),
+        (
+            {"object": [{"box": {"size": 1}, "on": "tabel"}, {"name": "table", "box": {"size": 1}}]},
+            fault("unknown_name", "table"),
+        ),
         (
             {"object": [{"box": {"size": 9}, "on": ""}, {"plane": {"size": 1}}]},
-            "no room.*of 10 draws of world",
+            fault("invalid_world", "10"),
         ),
         (
             {"object": [{"box": {"size": {"uniform": [2, 1]}}}]},
-            r"object\[0\].box.size: uniform.*the smaller number",
+            fault("invalid_value", "object[0].box.size"),
         ),
-        ({"object": [{"one_of": []}]}, "empty list"),
+        ({"object": [{"one_of": []}]}, fault("missing_value", "[0]")),
         (
             {"object": [{"box": {"size": 1}}], "camera": [{"size": [9, 9], "fov": 9, "see": {"objet": 1}}]},
-            "objet",
+            fault("unknown_key", "objet"),
         ),
-        ({"world": "../x.toml"}, "not in the recipe's folder"),
+        ({"world": "../x.toml"}, fault("outside_root", "'../x.toml'")),
     ],
 )
-def test_what_it_refuses(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(raycam.WorldError, match=message):
+def test_what_it_refuses(change: dict[str, Any], message: Fault) -> None:
+    with raises(raycam.WorldError, **message):
         sample(change)
 
 
@@ -263,7 +267,7 @@ def test_an_error_says_the_file_and_the_object(tmp_path: Path, on: dict[str, Any
     rows = ['[[object]]\nname = "table"\nbox = { size = 5 }\n', '[[object]]\nname = "ring"\n']
     rows += [f"{key} = {json.dumps(value)}\n" for key, value in on.items()]
     path.write_text("".join([*rows, "torus = { major = 0.1 }\n"]))
-    with pytest.raises(raycam.WorldError, match="unknown key") as caught:
+    with raises(raycam.WorldError, code="unknown_key") as caught:
         raycam.sample(path)
     said = str(caught.value)
     assert said.startswith(f"{path}: ")
@@ -293,7 +297,7 @@ def test_a_recipe_opens_no_files_but_those_of_its_folder(
     for description in recipes:
         recipe = raycam.Recipe(description, folder=inside)
         assert name not in recipe.files
-        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+        with raises(raycam.FormatError, code="outside_root"):
             recipe.world(0)
 
 
@@ -316,7 +320,7 @@ def test_the_files_of_a_recipe_are_those_of_all_its_textures(tmp_path: Path) -> 
 )
 def test_a_recipe_that_is_taken_for_a_world_says_what_to_do(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.toml").write_text(text)
-    with pytest.raises(raycam.WorldError, match=r"looks like a recipe.*raycam\.sample\(.*--sample"):
+    with raises(raycam.WorldError, mentions=["raycam.sample(", "--sample"]):
         raycam.load(tmp_path / "a.toml")
 
 

@@ -14,7 +14,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.render.frame import CHANNELS, SAVERS, check_save
-from support.raises import raises
+from support.raises import raises, warns
 
 SIZE = (7, 5)
 
@@ -75,9 +75,9 @@ def test_a_frame_is_a_mapping() -> None:
     assert one["depth"].shape == (5, 7)
     assert "7 x 5" in repr(one)
     assert "depth" in repr(one)
-    with pytest.raises(KeyError, match="render it with channels"):
+    with raises(KeyError, mentions=["channels=[..., 'depth']"]):
         frame(("color",))["depth"]
-    with pytest.raises(KeyError, match="did you mean 'depth'"):
+    with raises(KeyError, mentions=["'depth'"]):
         one["dept"]
 
 
@@ -219,7 +219,7 @@ def test_what_cannot_be_saved(tmp_path: Path) -> None:
         frame().save(tmp_path / "a.jp2")
     with raises(raycam.FormatError, code="unknown_format"):
         frame().save(tmp_path / "a")
-    with pytest.raises(raycam.SettingsError, match=r"a \.png file shows one channel, this has depth, uv"):
+    with raises(raycam.SettingsError, code="cannot_write", mentions=[".png"]):
         frame(("depth", "uv")).save(tmp_path / "a.png")
     with raises(raycam.SettingsError, code="unknown_key", mentions=["half", ".png"]):
         frame().save(tmp_path / "a.png", half=True)
@@ -237,27 +237,27 @@ def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
     with raises(OSError, code="file_unreadable"):
         check_save(tmp_path / "a.npz", list(CHANNELS), (1 << 30, 1 << 30))
     check_save(tmp_path / "a.png", ["depth"], SIZE)
-    with pytest.raises(raycam.SettingsError, match="choose one"):
+    with raises(raycam.SettingsError, code="cannot_write", mentions=["a.png"]):
         check_save(tmp_path / "a.png", ["depth", "uv"], SIZE)
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".jpeg", ".hdr"])
 def test_a_picture_that_cannot_hold_all_is_refused_before_the_work(tmp_path: Path, ending: str) -> None:
     for others in (["depth"], ["alpha"], ["instance", "uv"]):
-        with pytest.raises(raycam.SettingsError, match=f"{', '.join(others)} would be lost"):
+        with raises(raycam.SettingsError, code="cannot_write", mentions=others):
             check_save(tmp_path / f"a{ending}", ["color", *others], SIZE)
         check_save(tmp_path / "a.exr", ["color", *others], SIZE)
     if ending == ".png":
         check_save(tmp_path / "a.png", ["color", "alpha"], SIZE, transparent=True)
         return
-    with pytest.raises(raycam.SettingsError, match="no opacity"):
+    with raises(raycam.SettingsError, code="cannot_write", mentions=[ending]):
         check_save(tmp_path / f"a{ending}", ["color"], SIZE, transparent=True)
 
 
 @pytest.mark.parametrize("ending", [".jpg", ".hdr"])
 def test_opacity_that_a_file_does_not_hold_is_said(tmp_path: Path, ending: str) -> None:
     channels = {"color": np.ones((2, 3, 3), np.float32), "alpha": np.ones((2, 3), np.float32)}
-    with pytest.warns(raycam.Notice, match="no opacity"):
+    with warns(raycam.Notice, code="not_written"):
         raycam.Frame(channels, camera=None, size=(3, 2), transparent=True).save(tmp_path / f"a{ending}")
     raycam.Frame(channels, camera=None, size=(3, 2), transparent=True).save(tmp_path / "a.png")
     raycam.Frame(channels, camera=None, size=(3, 2)).save(tmp_path / f"a{ending}")

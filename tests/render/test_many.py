@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import fault, raises
 
 SIZE = (20, 16)
 
@@ -99,23 +100,23 @@ def test_what_does_not_match_is_said() -> None:
     flat = poses(2)
     flat[1, 0, 0:3] = 0
     for call, said in (
-        ({"cameras": [camera(0), camera(1)], "poses": {"cup": poses(3)}}, "2 cameras, 3 poses"),
-        ({"cameras": [camera(0), camera(1, (8, 8))]}, "one size"),
-        ({"cameras": [], "poses": {"cup": poses(3)}}, "empty"),
-        ({"poses": {"cupp": poses(3)}}, "cup"),
-        ({"poses": {9: poses(3)}}, "object 9"),
-        ({"poses": {"cup": poses(3)[:, :3]}}, "4, 4"),
-        ({"poses": {"cup": flat}}, "pose 1"),
-        ({"poses": {"cup": poses(2).transpose(0, 2, 1)}}, "transposed"),
-        ({"time_limit": 1.0}, "time_limit"),
-        ({"samplse": 3}, "samples"),
+        ({"cameras": [camera(0), camera(1)], "poses": {"cup": poses(3)}}, fault("wrong_shape", "'cup'")),
+        ({"cameras": [camera(0), camera(1, (8, 8))]}, fault("wrong_shape", "20 x 16")),
+        ({"cameras": [], "poses": {"cup": poses(3)}}, fault("missing_value")),
+        ({"poses": {"cupp": poses(3)}}, fault("unknown_name", "cup")),
+        ({"poses": {9: poses(3)}}, fault("index_out_of_range")),
+        ({"poses": {"cup": poses(3)[:, :3]}}, fault("wrong_shape", "'cup'")),
+        ({"poses": {"cup": flat}}, fault("invalid_world", '"cup"')),
+        ({"poses": {"cup": poses(2).transpose(0, 2, 1)}}, fault("invalid_matrix", "'cup'")),
+        ({"time_limit": 1.0}, fault("conflicting_values", "time_limit")),
+        ({"samplse": 3}, fault("unknown_key", "samples")),
         (
             {"out": {"depth": np.zeros((1, 2, 3), np.float32)}, "channels": "depth"},
-            "expected an array of float32",
+            fault("wrong_shape", "float32"),
         ),
-        ({"out": {"uv": np.zeros(3)}, "channels": "depth"}, "not among"),
+        ({"out": {"uv": np.zeros(3)}, "channels": "depth"}, fault("unknown_name")),
     ):
-        with pytest.raises(error, match=said):
+        with raises(error, **said):
             raycam.render_many(made, **{"cameras": camera(0), **call})
 
 

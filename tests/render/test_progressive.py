@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from support.patience import PATIENCE
+from support.raises import Fault, fault, raises
 
 CHANNELS = ("color", "alpha", "coverage")
 
@@ -199,27 +200,27 @@ def test_the_loop_gives_frames_of_twice_as_many(world: raycam.World, camera: ray
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"channels": ["color", "depth"]}, "channel 'depth'"),
-        ({"noise_threshold": 0.1}, "noise_threshold"),
-        ({"time_limit": 1}, "time_limit"),
-        ({"integrator": "reference"}, "reference"),
-        ({"sample": 3}, "did you mean"),
+        ({"channels": ["color", "depth"]}, fault("conflicting_values", "'depth'")),
+        ({"noise_threshold": 0.1}, fault("conflicting_values", "noise_threshold")),
+        ({"time_limit": 1}, fault("conflicting_values", "time_limit")),
+        ({"integrator": "reference"}, fault("conflicting_values", "reference")),
+        ({"sample": 3}, fault("unknown_key", "'sample'")),
     ],
 )
 def test_what_does_not_fit_is_refused(
-    world: raycam.World, camera: raycam.Camera, options: dict[str, Any], words: str
+    world: raycam.World, camera: raycam.Camera, options: dict[str, Any], words: Fault
 ) -> None:
-    with pytest.raises((raycam.SettingsError, TypeError), match=words):
+    with raises((raycam.SettingsError, TypeError), **words):
         raycam.Progressive(world, camera, **options)
 
 
 def test_nothing_is_shown_before_the_first_sample(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera)
-    with pytest.raises(raycam.SettingsError, match="no samples yet"):
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["samples"]):
         picture.frame()
-    with pytest.raises(raycam.SettingsError, match="seconds"):
+    with raises(raycam.SettingsError, code="out_of_range", mentions=["seconds"]):
         picture.add_for(float("nan"))
-    with pytest.raises(raycam.SettingsError, match="samples"):
+    with raises(raycam.SettingsError, code="out_of_range", mentions=["samples"]):
         picture.add(0)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from support.raises import raises
 
 SIZE = (36, 24)
 HEIGHT, HALF = 1.0, 1.0
@@ -285,7 +286,7 @@ def test_worlds_keep_the_flag(tmp_path: Path) -> None:
     mesh = raycam.World()
     mesh.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], shadow_catcher=True)
     assert mesh.objects[0].shadow_catcher
-    with pytest.raises(raycam.WorldError, match="shadow_catcher"):
+    with raises(raycam.WorldError, code="wrong_type", mentions=["shadow_catcher"]):
         world.set_object(0, shadow_catcher="yes")
 
 

@@ -158,7 +158,7 @@ def test_kalibr_has_the_rig_without_its_place(tmp_path: Path) -> None:
         np.testing.assert_allclose(other.C, mount.C, atol=1e-12)
         assert other.model == mount.model
     many = {"a": rig, "b": rig.placed([0, 0, 0])}
-    with pytest.raises(raycam.FormatError, match="one rig at one pose"):
+    with raises(raycam.FormatError, code="cannot_write", mentions=['"pair"']):
         raycam.save_cameras(tmp_path / "many.yaml", many, "kalibr")
 
 
@@ -255,7 +255,7 @@ def test_what_is_no_pair_is_refused() -> None:
         rig.pair("lef")
     with raises(raycam.CameraError, code="missing_value"):
         raycam.Rig({"a": ahead()}).pair()
-    with pytest.raises(raycam.CameraError, match="without cameras"):
+    with raises(raycam.CameraError, code="invalid_camera", mentions=["rig"]):
         raycam.Rig({})
     with raises(raycam.CameraError, code="not_a_rotation"):
         raycam.Rig({"a": ahead()}, R=np.ones((3, 3)))

@@ -13,6 +13,7 @@ import pytest
 import raycam
 import trimesh
 from raycam.robots import collada_to_glb
+from support.raises import warns
 
 CUBE = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -72,7 +73,7 @@ def test_triangles_agree_with_trimesh(load: Callable[..., raycam.World], tmp_pat
 
 def test_unit_is_applied_and_up_axis_is_not_as_in_rviz(load: Callable[..., raycam.World]) -> None:
     plain = load(cube()).triangles()
-    with pytest.warns(raycam.Notice, match="Y_UP"):
+    with warns(raycam.Notice, code="ignored_key", mentions=["Y_UP"]):
         scaled = load(cube("0.01", "Y_UP"), scale="2 2 2").triangles()
     np.testing.assert_allclose(scaled, plain * 0.02, atol=1e-8)
 

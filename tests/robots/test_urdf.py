@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.robots.urdf import read_urdf
+from support.raises import fault, raises
 
 
 def urdf(body: str) -> bytes:
@@ -25,67 +26,67 @@ def joint(
 
 
 BAD = {
-    "two roots": (LINKS, r":3: 2 links have no parent.*'a' \(line 2\), 'b' \(line 3\)"),
+    "two roots": (LINKS, fault("syntax", ":3:", "'a' (line 2)", "'b' (line 3)")),
     "loop": (
         LINKS + '<link name="c"/>\n' + joint("j", "a", "b") + joint("k", "b", "a"),
-        r":6: .*loop.*'k' \(line 6\), 'j' \(line 5\)",
+        fault("syntax", ":6:", "'k' (line 6)", "'j' (line 5)"),
     ),
     "two parents": (
         LINKS + '<link name="c"/>\n' + joint("j", "a", "c") + joint("k", "b", "c"),
-        r":6: link 'c' has two parents.*'j' \(line 5\)",
+        fault("syntax", ":6:", "link 'c'", "'j' (line 5)"),
     ),
-    "unknown parent": (LINKS + joint(parent="aa"), r":4: joint 'j': unknown link 'aa'; did you mean 'a'"),
-    "duplicate link": ('<link name="a"/>\n<link name="a"/>', r":3: duplicate link 'a'.*line 2"),
+    "unknown parent": (LINKS + joint(parent="aa"), fault("syntax", ":4: joint 'j':", "'aa'", "'a'")),
+    "duplicate link": ('<link name="a"/>\n<link name="a"/>', fault("duplicate_name", ":3:", "'a'", "line 2")),
     "duplicate joint": (
         LINKS + '<link name="c"/>\n' + joint() + joint(child="c"),
-        r":6: duplicate joint 'j'.*line 5",
+        fault("duplicate_name", ":6:", "'j'", "line 5"),
     ),
-    "joint type": (LINKS + joint(kind="hinge"), r":4: joint 'j': unknown joint type 'hinge'.*revolute"),
-    "zero axis": (LINKS + joint(more='<axis xyz="0 0 0"/>'), r":4: joint 'j': the axis must not be 0 0 0"),
+    "joint type": (LINKS + joint(kind="hinge"), fault("syntax", ":4: joint 'j':", "'hinge'", "revolute")),
+    "zero axis": (LINKS + joint(more='<axis xyz="0 0 0"/>'), fault("syntax", ":4: joint 'j':", "0 0 0")),
     "not a number": (
         LINKS + joint(more='<origin xyz="0 nan 0"/>'),
-        r":4: <origin> attribute 'xyz'.*'0 nan 0'",
+        fault("syntax", ":4: <origin>", "'xyz'", "'0 nan 0'"),
     ),
-    "two numbers": (LINKS + joint(more='<origin xyz="0 1"/>'), r":4: .*3 finite numbers, got '0 1'"),
+    "two numbers": (LINKS + joint(more='<origin xyz="0 1"/>'), fault("syntax", ":4:", "'0 1'")),
     "mimic circle": (
         LINKS
         + '<link name="c"/>\n'
         + joint("j", more='<mimic joint="k"/>')
         + joint("k", child="c", more='<mimic joint="j"/>'),
-        r":6: .*j, k, j mimic each other in a circle",
+        fault("syntax", ":6:", "j, k, j"),
     ),
     "limits": (
         LINKS + joint().replace('lower="-1"', 'lower="2"'),
-        r":4: joint 'j': the lower limit 2 exceeds the upper one, 1",
+        fault("syntax", ":4: joint 'j':", "2", "1"),
     ),
-    "no geometry": ('<link name="a">\n<visual/></link>', r":3: <visual> has no <geometry>"),
+    "no geometry": ('<link name="a">\n<visual/></link>', fault("syntax", ":3: <visual>", "<geometry>")),
     "shape": (
         '<link name="a"><visual><geometry>\n<cone radius="1"/></geometry></visual></link>',
-        r":3: unknown shape 'cone'",
+        fault("syntax", ":3:", "'cone'"),
     ),
     "zero scale": (
         '<link name="a"><visual><geometry>\n<mesh filename="a.stl" scale="1 0 1"/></geometry></visual></link>',
-        r":3: a mesh's scale must not contain 0",
+        fault("syntax", ":3:", "scale", "1 0 1"),
     ),
     "colour": (
         '<material name="m">\n<color rgba="255 0 0 1"/></material><link name="a"/>',
-        r":3: .*between 0 and 1",
+        fault("syntax", ":3:", "255 0 0 1"),
     ),
-    "empty": ("", r":1: the robot has no links"),
-    "xacro": ('<macro name="m"/><link name="a"/>', r":1: .*xacro"),
-    "no name": ("<link/>", r":2: <link> has no attribute 'name'"),
+    "empty": ("", fault("syntax", ":1:")),
+    "xacro": ('<macro name="m"/><link name="a"/>', fault("syntax", ":1:", "xacro")),
+    "no name": ("<link/>", fault("syntax", ":2: <link>", "'name'")),
 }
 
 
 @pytest.mark.parametrize("case", BAD)
 def test_urdf_faults_raise_with_lines(case: str) -> None:
     body, expected = BAD[case]
-    with pytest.raises(raycam.FormatError, match=rf"(?s)^r\.urdf{expected}"):
+    with raises(raycam.FormatError, **expected):
         read_urdf(urdf(body), "r.urdf")
 
 
 def test_other_documents_are_named() -> None:
-    with pytest.raises(raycam.FormatError, match="from_mujoco"):
+    with raises(raycam.FormatError, code="syntax", mentions=["from_mujoco"]):
         read_urdf(b"<mujoco/>", "r.urdf")
 
 
@@ -128,7 +129,7 @@ def test_mimic_of_a_floating_joint_raises() -> None:
         + joint("f", kind="floating")
         + joint("j", "b", "c", more='<mimic joint="f"/>')
     )
-    with pytest.raises(raycam.FormatError, match="floating"):
+    with raises(raycam.FormatError, code="syntax", mentions=["r.urdf:6", "'j'"]):
         read_urdf(urdf(body), "r.urdf")
 
 

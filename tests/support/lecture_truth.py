@@ -294,9 +294,10 @@ def distortion(e: Truth) -> Expected:
 
 def focus(e: Truth) -> Expected:
     aperture, at = e.values
-    # Similar triangles: the cone from the lens to the focus has this radius at depth 6; the pinhole projects it.
-    radius = e.numbers["fx"] * (aperture * abs(6 - at) / at) / 6
-    return [6, 1, 6, 1, at, radius]
+    depth = e.depth if e.index >= 0 else 6.0
+    # Similar triangles: the cone from the lens to the focus has this radius at the depth; the pinhole projects it.
+    radius = e.numbers["fx"] * (aperture * abs(depth - at) / at) / depth
+    return [depth, 1, depth, 1, at, radius]
 
 
 def shutter(e: Truth) -> Expected:

@@ -10,6 +10,7 @@ import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom
 from raycam import usd
+from support.raises import raises
 from support.usd_stages import square, stage
 
 
@@ -55,7 +56,7 @@ def test_a_stage_whose_only_reference_fails_names_the_reason(tmp_path: Path) -> 
     made = stage(tmp_path / "a.usda")
     made.DefinePrim("/world", "Xform").GetReferences().AddReference("b.usda")
     made.Save()
-    with pytest.raises(raycam.FormatError, match=r"/world.*b\.usda"):
+    with raises(raycam.FormatError, code="syntax", mentions=["/world", "b.usda"]):
         raycam.load(tmp_path / "a.usda")
 
 
@@ -151,7 +152,7 @@ def test_variants_are_listed(tmp_path: Path) -> None:
     chair(tmp_path / "a.usda")
     world = raycam.load(tmp_path / "a.usda")
     assert world.variants == ["shape=Cube", "shape=Sphere"]
-    with pytest.raises(raycam.WorldError, match=r"load\(path, variant='shape=Sphere'\)"):
+    with raises(raycam.WorldError, code="conflicting_values", mentions=["'shape=Sphere'"]):
         world.with_variant("shape=Sphere")
     codes = [code for code, _ in read_notices(tmp_path / "a.usda")]
     assert codes == ["first_only"]
@@ -162,6 +163,6 @@ def test_variants_are_listed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("variant", ["Cone", "shape=Cone", "size=Cube", "/c{shape=Cube}", "{}", "=", ""])
 def test_an_unknown_variant_is_an_error_with_all_names(tmp_path: Path, variant: str) -> None:
     chair(tmp_path / "a.usda")
-    with pytest.raises(raycam.WorldError, match=r"shape=Cube, shape=Sphere"):
+    with raises(raycam.WorldError, code="unknown_name", mentions=["shape=Cube", "shape=Sphere"]):
         raycam.load(tmp_path / "a.usda", variant=variant)
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "a.usda"))

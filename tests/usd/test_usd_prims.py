@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
+from support.raises import Fault, fault, raises
 from support.usd_stages import bind, image, material, square, stage
 
 
@@ -281,7 +282,7 @@ def test_a_stage_of_hidden_prims_says_so(tmp_path: Path, hide: Any, word: str) -
     made.DefinePrim("/world", "Xform")
     for name in ("a", "b"):
         hide(square(made, f"/world/{name}").GetPrim())
-    with pytest.raises(raycam.FormatError, match=f"2 prims .*{word}"):
+    with raises(raycam.FormatError, code="syntax", mentions=["2 prims", word]):
         load(made)
     other = stage(tmp_path / "b.usda")
     other.DefinePrim("/world", "Xform")
@@ -367,15 +368,15 @@ def test_faces_that_cannot_be_shown_are_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\x1f\x8b\x08\0", "packed"),
-        (b"PK\x03\x04\0\0", "ZIP"),
-        (b"glTF\x02\0\0\0", "GLB"),
-        (b"<?xml version='1.0'?><Error/>", "XML"),
-        (b"/annex/objects/MD5E-s1--a.usd", "git annex get"),
-        (b"404: Not Found", "error message of a server"),
+        (b"\x1f\x8b\x08\0", fault("syntax", "a.usda")),
+        (b"PK\x03\x04\0\0", fault("syntax", "ZIP")),
+        (b"glTF\x02\0\0\0", fault("syntax", "GLB")),
+        (b"<?xml version='1.0'?><Error/>", fault("syntax", "XML")),
+        (b"/annex/objects/MD5E-s1--a.usd", fault("syntax", "a.usda")),
+        (b"404: Not Found", fault("syntax", "a.usda")),
     ],
 )
-def test_what_is_no_stage_is_called_what_it_is(tmp_path: Path, content: bytes, words: str) -> None:
+def test_what_is_no_stage_is_called_what_it_is(tmp_path: Path, content: bytes, words: Fault) -> None:
     (tmp_path / "a.usda").write_bytes(content)
-    with pytest.raises(raycam.FormatError, match=words):
+    with raises(raycam.FormatError, **words):
         raycam.load(tmp_path / "a.usda")

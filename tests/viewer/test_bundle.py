@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import raycam
 from raycam.viewer import bundle as bundling
+from support.raises import raises
 
 CLIENT = Path(raycam.__file__).parent / "viewer" / "client"
 LONGEST_FILE = 400
@@ -63,22 +64,22 @@ def test_circles_are_refused(altered) -> None:
             "b.js": 'import { a } from "./a.js";\nexport const b = 1;\n',
         }
     )
-    with pytest.raises(ValueError, match=r"a\.js -> b\.js -> a\.js"):
+    with raises(ValueError, mentions=["a.js", "b.js"]):
         bundling.modules()
 
 
 @pytest.mark.parametrize(
-    ("main", "told"),
+    ("main", "facts"),
     [
-        ('import { a } from "./a.js";\nconst a = 1;\n', "a is declared in a.js too"),
-        ('import { A } from "./b.js";\nconst B = 2, A = 1;\n', "A is declared in b.js too"),
-        ('import { c } from "./a.js";\n', "imports c, which a.js does not declare"),
-        ('import * as a from "./a.js";\n', "none of the client's dialect"),
-        ("export default 1;\n", "none of the client's dialect"),
-        ('const text = "</script>";\n', "would end the script"),
+        ('import { a } from "./a.js";\nconst a = 1;\n', ["main.js", "a.js"]),
+        ('import { A } from "./b.js";\nconst B = 2, A = 1;\n', ["main.js", "b.js"]),
+        ('import { c } from "./a.js";\n', ["main.js", "a.js"]),
+        ('import * as a from "./a.js";\n', ["main.js"]),
+        ("export default 1;\n", ["main.js"]),
+        ('const text = "</script>";\n', ["script"]),
     ],
 )
-def test_another_dialect_is_refused(main: str, told: str, altered) -> None:
+def test_another_dialect_is_refused(main: str, facts: list[str], altered) -> None:
     altered({"main.js": main, "a.js": "export const a = 1;\n", "b.js": "export const A = 1;\n"})
-    with pytest.raises(ValueError, match=re.escape(told)):
+    with raises(ValueError, mentions=facts):
         bundling.bundle()

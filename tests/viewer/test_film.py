@@ -17,6 +17,7 @@ from raycam.viewer.client_messages import Film
 from raycam.viewer.files import film
 from raycam.viewer.files.outputs import film as saved
 from raycam.viewer.session import Session
+from support.raises import raises
 from support.session_messages import receive
 
 
@@ -104,5 +105,5 @@ def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
 def test_a_world_that_stands_still_has_no_film_of_its_own(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     session.connection.open(lambda message, buffers: None)
-    with pytest.raises(raycam.SettingsError, match="nothing moves in this world"):
+    with raises(raycam.SettingsError, code="missing_value"):
         saved(session, 1, 0)

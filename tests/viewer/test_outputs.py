@@ -6,12 +6,13 @@ import pytest
 import raycam
 from raycam.viewer.files.outputs import _stem, snapshot
 from raycam.viewer.session import Session
+from support.raises import raises
 from support.session_messages import receive
 
 
 def test_there_is_none_before_a_picture_rests(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
-    with pytest.raises(raycam.SettingsError, match="no samples yet"):
+    with raises(raycam.SettingsError, code="no_samples"):
         snapshot(session, "png")
 
 

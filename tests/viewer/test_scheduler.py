@@ -11,6 +11,7 @@ from raycam.viewer.scheduler import REST_S, Scheduler
 from raycam.viewer.session import Session
 from raycam.viewer.session.connection import MAX_UNACKNOWLEDGED
 from support.patience import PATIENCE
+from support.raises import warns
 from support.session_messages import receive
 
 
@@ -65,7 +66,7 @@ def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = small_world.camera("front")
-    with pytest.warns(raycam.Notice, match="no lights") as told:
+    with warns(raycam.Notice, code="default_lights") as told:
         raycam.render(world, camera)
     session = Session(world, camera, samples=4)
     receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})

@@ -14,6 +14,7 @@ from raycam.viewer.session import MAX_STILL_SIZE, Session, lens_of
 from raycam.viewer.session.copied import copied
 from support.gltf_document import Document, animated
 from support.patience import until
+from support.raises import fault, raises
 from support.session_messages import orbit, orbited, receive
 
 
@@ -152,7 +153,7 @@ def test_light_channel_and_display(session: Session) -> None:
         256,
         version + 1,
     )
-    with pytest.raises(raycam.WorldError, match="shadow"):
+    with raises(raycam.WorldError, code="unknown_name", mentions=["shadow"]):
         receive(session, {"type": "channel", "name": "shadow"})
     for name, anew in (("error", 1), ("error", 1), ("color", 2), ("depth", 2)):
         receive(session, {"type": "channel", "name": name})
@@ -295,15 +296,15 @@ def test_what_is_shown_first_is_chosen_and_checked() -> None:
     )
     assert session.view.camera == world.camera_at(camera, 0.5) != camera
     for wrong, text in (
-        ({"channel": "dept"}, "did you mean 'depth'"),
-        ({"variant": "red"}, "unknown variant 'red'"),
-        ({"animation": "Run"}, "unknown animation 'Run'"),
-        ({"view": "agz"}, "did you mean 'agx'"),
-        ({"exposure": float("nan")}, "exposure is nan"),
-        ({"time": -1.0}, "time is -1.0"),
-        ({"time": 2.5}, "time 2.5 s"),
+        ({"channel": "dept"}, fault("unknown_name", "'depth'")),
+        ({"variant": "red"}, fault("unknown_name", "'red'")),
+        ({"animation": "Run"}, fault("unknown_name", "'Run'")),
+        ({"view": "agz"}, fault("unknown_name", "'agx'")),
+        ({"exposure": float("nan")}, fault("out_of_range", "100")),
+        ({"time": -1.0}, fault("out_of_range", "-1.0")),
+        ({"time": 2.5}, fault("out_of_range", "2.5")),
     ):
-        with pytest.raises(raycam.SettingsError, match=text):
+        with raises(raycam.SettingsError, **text):
             raycam.view(world, block=False, browser=False, start=wrong)
 
 

@@ -17,6 +17,7 @@ from raycam import cli
 from raycam.viewer import viewer as viewing
 from raycam.viewer.viewer import Viewer
 from support.patience import PATIENCE
+from support.raises import raises
 from support.session_messages import receive
 
 
@@ -168,5 +169,5 @@ def test_the_size_of_the_picture_is_chosen(small_world: raycam.World) -> None:
         session = viewer._session()
         receive(session, {"type": "size", "width": 900, "height": 700, "ratio": 2})
         assert session.view.size == session.view.still_camera.size == (30, 20)
-    with pytest.raises(raycam.SettingsError, match="4000 x 3000"):
+    with raises(raycam.SettingsError, code="out_of_range", mentions=["4000 x 3000"]):
         raycam.view(small_world, size=(4000, 3000), block=False, browser=False, port=0)

@@ -127,7 +127,7 @@ def test_ties_bounds_and_misses() -> None:
     assert not miss["barycentric"].any()
     assert not miss["normal"].any()
     assert raycam.World().distance([0, 0, 0]) == np.inf
-    with pytest.raises(raycam.SettingsError, match="max_distance"):
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["max_distance"]):
         world.distance([0, 0, 0], max_distance=-1)
 
 

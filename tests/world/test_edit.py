@@ -19,7 +19,7 @@ import raycam
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from support.raises import raises
+from support.raises import fault, raises
 
 CAMERA = raycam.Camera.look_at([4, -5, 3], [0, 0, 0.4], [0, 0, 1], size=(24, 18), fov=45)
 TURNED = np.array([[0, -1, 0, 0.4], [1, 0, 0.3, -0.2], [0, 0, 1.5, 0.7], [0, 0, 0, 1.0]])
@@ -147,9 +147,9 @@ def test_vertices_move_and_normals_are_asked_for() -> None:
     world = built({"sphere": {"radius": 1, "level": 1}, "name": "ball"})
     corners = world.triangles(0).reshape(-1, 3)
     count = world.counts["vertices"]
-    with pytest.raises(raycam.WorldError, match="normals=None"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["normals=None"]):
         world.set_object("ball", vertices=np.zeros((count, 3)) + corners[:count])
-    with pytest.raises(raycam.WorldError, match=rf"{count - 1} are given.*has {count}"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=[count - 1, count]):
         world.set_object("ball", vertices=corners[: count - 1], normals=None)
 
 
@@ -233,7 +233,7 @@ def test_cameras_change() -> None:
     with raises(raycam.WorldError, code="unknown_name"):
         world.remove_camera("tow")
     world.add_rig(raycam.Rig({"left": CAMERA, "right": other}, name="pair"))
-    with pytest.raises(raycam.WorldError, match="rig"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=['"pair/left"']):
         world.set_camera("pair/left", other)
 
 
@@ -270,7 +270,7 @@ def test_a_refusal_changes_nothing(name: str) -> None:
         assert "cup" in str(caught.value)
 
 
-def test_objects_are_read_only_and_say_how_they_change() -> None:
+def test_objects_are_read_only_and_errors_name_the_method() -> None:
     thing = built(floor(), cup()).objects[1]
     for assign in (
         lambda: setattr(thing, "matrix", np.eye(4)),
@@ -278,7 +278,7 @@ def test_objects_are_read_only_and_say_how_they_change() -> None:
         lambda: thing.matrix.__setitem__((slice(3), 3), 1),
         lambda: thing.matrix[:3, 3].__iadd__(1),
     ):
-        with pytest.raises(raycam.WorldError, match=r"world\.set_object\('cup'"):
+        with raises(raycam.WorldError, code="read_only", mentions=["world.set_object", "'cup'"]):
             assign()
     mine = thing.matrix.copy()
     mine[:3, 3] = 1
@@ -325,12 +325,12 @@ def test_matrices_in_keyframes_turn_and_stretch() -> None:
     assert np.allclose(half[:3, 3], [1, 0, 0.5])
     mirrored = np.diag([1, -1, 1, 1.0])
     for bad, said in (
-        ([{**keys[0], "matrix": mirrored}], r"keyframe\[0\].matrix"),
-        ([keys[0], {"time": 1, "object": "cup", "yaw": 3}], "all of them"),
-        ([{**keys[0], "location": [0, 0, 0]}], "matrix"),
-        ([{"time": 0, "matrix": np.eye(4)}], "objects"),
+        ([{**keys[0], "matrix": mirrored}], fault("invalid_value", "keyframe[0].matrix")),
+        ([keys[0], {"time": 1, "object": "cup", "yaw": 3}], fault("invalid_value", "[1]")),
+        ([{**keys[0], "location": [0, 0, 0]}], fault("invalid_value", "matrix")),
+        ([{"time": 0, "matrix": np.eye(4)}], fault("invalid_value", "[0]")),
     ):
-        with pytest.raises(raycam.WorldError, match=said):
+        with raises(raycam.WorldError, **said):
             world.set_video(keyframe=bad)
 
 
@@ -506,17 +506,17 @@ def test_tables_are_read_only_and_say_how_to_change_the_world() -> None:
     world.add_camera(camera, "front")
     before = world.to_bytes()
     changes: list[tuple[str, Any]] = [
-        (r"set_light\(0", lambda: world.lights[0].update(irradiance=3)),
-        (r"set_light\(0", lambda: world.lights[0].__setitem__("irradiance", 3)),
-        ("remove_light", lambda: world.lights.pop()),
-        ("add_light", lambda: world.lights.append({})),
-        ("remove_object", lambda: world.objects.clear()),
-        ("add_object", lambda: world.objects.__setitem__(0, None)),
-        ("set_camera", lambda: world.cameras.__setitem__("front", camera)),
-        ("remove_camera", lambda: world.cameras.pop("front")),
+        (fault("read_only", "set_light"), lambda: world.lights[0].update(irradiance=3)),
+        (fault("read_only", "set_light"), lambda: world.lights[0].__setitem__("irradiance", 3)),
+        (fault("read_only", "remove_light"), lambda: world.lights.pop()),
+        (fault("read_only", "add_light"), lambda: world.lights.append({})),
+        (fault("read_only", "remove_object"), lambda: world.objects.clear()),
+        (fault("read_only", "add_object"), lambda: world.objects.__setitem__(0, None)),
+        (fault("read_only", "set_camera"), lambda: world.cameras.__setitem__("front", camera)),
+        (fault("read_only", "remove_camera"), lambda: world.cameras.pop("front")),
     ]
     for way, change in changes:
-        with pytest.raises(raycam.WorldError, match=way):
+        with raises(raycam.WorldError, **way):
             change()
     assert world.to_bytes() == before
     light = copy.deepcopy(world.lights)[0]

@@ -225,9 +225,9 @@ def test_ranges_of_t() -> None:
     assert world.occluded(above, up, -8.5, t_min=-8.9).tolist() is False
     limits = world.occluded([origin] * 3, up, [0.5, 1.0, 9.0], t_min=[0.0, 0.0, 3.5])
     assert limits.tolist() == [False, True, False]
-    with pytest.raises(raycam.SettingsError, match="t_min"):
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["t_min"]):
         world.cast_rays(origin, up, t_min=np.nan)
-    with pytest.raises(raycam.SettingsError, match="exact"):
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["exact"]):
         world.cast_rays(origin, up, t_min=1, exact=False)
 
 
@@ -330,7 +330,7 @@ def test_choice_of_objects_sides_and_surfaces() -> None:
     assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()
     with raises(raycam.SettingsError, code="unknown_name", mentions=["'front'"]):
         world.cast_rays(origins, directions, facing="fromt")  # type: ignore[arg-type]
-    with pytest.raises(raycam.SettingsError, match="exact kernel"):
+    with raises(raycam.SettingsError, code="invalid_settings", mentions=["exact=False"]):
         world.cast_rays(origins, directions, objects=[0], exact=False)
 
 
@@ -379,9 +379,9 @@ def test_arrays_come_in_any_form() -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["directions.detach()"]):
         world.cast_rays(eyes, Tensor("cpu", True))  # type: ignore[arg-type]
     for wrong in ([[1, 2]], "abc", [[1, 2, "x"]], [[1j, 0, 0]]):
-        with pytest.raises(raycam.SettingsError, match="origins"):
+        with raises(raycam.SettingsError, mentions=["origins"]):
             world.cast_rays(wrong, ways)  # type: ignore[arg-type]
-    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[2", "3]", "[5"]):
+    with raises(raycam.SettingsError, code="wrong_shape", mentions=["[2, 3]", "[5"]):
         world.cast_rays(np.zeros((2, 3)), ways)
     answers = world.cast_rays(eyes, ways)
     assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())
@@ -400,7 +400,7 @@ def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
     assert hits["position"][0].tolist() == [1.0, 1.0, 2.0]
     assert torch.from_dlpack(hits["instance"]).tolist() == [0, -1]
     assert world.inside(torch.zeros(3, dtype=torch.float32)).item()
-    with pytest.raises(raycam.SettingsError, match=r"origins\.detach\(\)"):
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["origins.detach()"]):
         world.cast_rays(origins.clone().requires_grad_(), directions)
 
 
@@ -420,7 +420,7 @@ def test_numbers_of_threads_are_checked(threads: Any) -> None:
         lambda: raycam.render(world, camera, channels="depth", threads=threads),
     )
     for call in calls:
-        with pytest.raises(raycam.SettingsError, match="threads"):
+        with raises(raycam.SettingsError, mentions=["threads"]):
             call()
 
 

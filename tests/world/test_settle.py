@@ -11,6 +11,7 @@ import pytest
 import raycam
 import trimesh
 from raycam import WorldError
+from raycam.info import info
 from raycam.world.settle import find_overlaps
 from support.bin_of_parts import bin_of_parts
 
@@ -201,6 +202,7 @@ def test_robot_inside_a_table_is_reported(tmp_path) -> None:
     world.add_robot(tmp_path / "arm.urdf")
     world.add_object(name="box", box={"size": [0.05, 0.05, 0.05]}, location=[0.3, 0, 0.1])
     assert find_overlaps(world) == [("table", "arm/base", pytest.approx(0.01, abs=1e-9))]
+    assert "overlap    'table' and 'arm/base': 10.0 mm" in info(world)
     with pytest.warns(raycam.Notice) as notices:
         raycam.settle(world, "box")
     assert [notice.message.code for notice in notices] == ["overlapping_objects"]

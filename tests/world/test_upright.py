@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from support.raises import raises
+from support.raises import raises, warns
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -31,7 +31,7 @@ TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x stays, y is up, z com
 
 def test_it_stands_in_a_z_up_world(tower: Path) -> None:
     world = raycam.World("z")
-    with pytest.warns(raycam.Notice, match=r"up axis, y, is turned to z: upright = false"):
+    with warns(raycam.Notice, code="converted_up_axis"):
         world.add_object(mesh=tower)
     corners = np.asarray(trimesh.load(tower, force="mesh").triangles) @ TURNED.T
     assert world.triangles() == pytest.approx(corners, abs=1e-6)
@@ -97,7 +97,7 @@ def test_matrix_applies_to_the_axes_of_the_file(tower: Path) -> None:
     loaded = np.asarray(trimesh.load(tower, force="mesh").triangles)
     expected = loaded @ TRANSFORM[:3, :3].T + TRANSFORM[:3, 3]
     world = raycam.World("z")
-    with pytest.warns(raycam.Notice, match="matrix"):
+    with warns(raycam.Notice, code="converted_up_axis", mentions=["matrix"]):
         world.add_object(mesh=tower, matrix=TRANSFORM)
     assert len(world.notices) == 1
     for item in world.objects:

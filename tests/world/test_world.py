@@ -103,7 +103,7 @@ def test_dicts_tuples_scalars_and_paths_of_python() -> None:
         world.add_object(mesh=Path("nowhere.obj"))
     loop: list[object] = []
     loop.append(loop)
-    with pytest.raises(raycam.WorldError, match="deep"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["[0]"]):
         world.add_object(box={"size": loop})
 
 
@@ -203,7 +203,7 @@ def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
         )
         np.testing.assert_allclose(raycam.render(each, down, samples=1)["color"][4, 4], [0, 1, 0])
     assert world.to_gltf(tmp_path / "world.glb")
-    with pytest.raises(raycam.FormatError, match=r"not an image|unknown"):
+    with raises(raycam.FormatError, code="unsupported_feature", mentions=["b.mtl"]):
         world.add_light(type="environment", image=things / "b.mtl")
     # It may be said again of another world, but not by a file of a stranger.
     (light,) = world.lights
@@ -219,10 +219,10 @@ def test_what_files_and_dicts_name_lies_in_their_folder(tmp_path: Path) -> None:
     inside.mkdir()
     for name in ("../a.off", str(tmp_path / "a.off")):
         table = {"object": [{"mesh": name}]}
-        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+        with raises(raycam.FormatError, code="outside_root"):
             raycam.World.from_dict(table, folder=inside)
         (inside / "world.toml").write_text(f'[[object]]\nmesh = "{name}"\n')
-        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+        with raises(raycam.FormatError, code="outside_root"):
             raycam.load(inside / "world.toml")
 
 
@@ -335,7 +335,7 @@ def test_time_moves_objects_and_not_the_world_itself() -> None:
     assert world.cast_rays([0, 0, 5], [0, 0, -1])["t"] == 4.5
     with raises(raycam.WorldError, code="unknown_name"):
         world.set_video(keyframe=[{"time": 0, "object": "bax", "location": [0, 0, 0]}])
-    with pytest.raises(raycam.WorldError, match="video"):
+    with raises(raycam.WorldError, code="invalid_world", mentions=["[video]"]):
         raycam.World().camera_at(raycam.Camera.look_at([1, 0, 0], [0, 0, 0]), 0)
 
 
@@ -355,7 +355,7 @@ def test_categories_are_names_or_numbers() -> None:
     assert world.categories == {1: "cow", 2: "tree", 7: "7"}
     assert [item.category for item in world.objects] == ["cow", "7", None, "cow", "tree"]
     for wrong in (-1, 1.5, ""):
-        with pytest.raises(raycam.WorldError, match="category"):
+        with raises(raycam.WorldError, mentions=["category"]):
             cube(world, category=wrong)
 
 

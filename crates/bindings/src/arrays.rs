@@ -17,6 +17,14 @@ pub(crate) type ArrayResult<'py, T> = PyResult<NewArray<'py, T>>;
 pub(crate) type DictResult<'py> = PyResult<Bound<'py, PyDict>>;
 pub(crate) type BytesResult<'py> = PyResult<Bound<'py, PyBytes>>;
 
+/// A copy of `data` as Python's bytes; raises `MemoryError` if there is no memory for it.
+pub(crate) fn bytes<'py>(py: Python<'py>, data: &[u8]) -> BytesResult<'py> {
+    PyBytes::new_with(py, data.len(), |target| {
+        target.copy_from_slice(data);
+        Ok(())
+    })
+}
+
 /// An array of this shape, without copying.
 pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usize]) -> ArrayResult<'py, T> {
     data.into_pyarray(py).reshape(shape)

@@ -2,13 +2,26 @@
 
 use std::sync::Arc;
 
-use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texture, Wrap};
+use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Notice, NoticeCode, Texture, Wrap};
 
 use crate::error::{FormatError, Result};
 use crate::ies;
 use crate::image::texture;
 use crate::io::AssetRoot;
 use crate::registry;
+
+impl AssetRoot {
+    /// Adds a notice for an environment image that is not twice as wide as high.
+    pub fn check_environment_shape(&mut self, name: &str, [columns, rows]: [u32; 2]) {
+        if u64::from(columns) != 2 * u64::from(rows) {
+            let message = format!(
+                "{columns} x {rows} pixels, but an image of all directions is twice as wide as high: it is stretched to \
+                 latitude and longitude"
+            );
+            self.budget_and_notices().1.push(Notice::about(NoticeCode::Implausible, name, message));
+        }
+    }
+}
 
 impl AssetLoader for AssetRoot {
     type Error = FormatError;
@@ -21,6 +34,16 @@ impl AssetLoader for AssetRoot {
         self.read_asset(file, |source, assets| {
             let (budget, notices) = assets.budget_and_notices();
             texture::decode(&source, wrap, color_use, budget, notices)
+        })
+    }
+
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>> {
+        self.read_asset(file, |source, assets| {
+            let (budget, notices) = assets.budget_and_notices();
+            let wrap = [Wrap::Repeat, Wrap::Clamp];
+            let image = texture::decode(&source, wrap, ColorUse::Color, budget, notices)?.image;
+            assets.check_environment_shape(&source.path.display().to_string(), image.size);
+            Ok(image)
         })
     }
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use raycam_scene::IesProfile;
+use raycam_scene::{ErrorCode, IesProfile};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -81,7 +81,11 @@ struct NumberReader<'a, I> {
 impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
     fn next(&mut self, what: &str) -> Result<f64> {
         let Some((line, token)) = self.tokens.next() else {
-            return Err(FormatError::line(self.path, self.last, format!("the file ends, expected {what}")));
+            return Err(FormatError::line(
+                self.path,
+                self.last,
+                ErrorCode::TruncatedFile.message(format!("the file ends, expected {what}")),
+            ));
         };
         match token.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),

@@ -50,5 +50,5 @@ pub use crate::registry::{
 pub use budget::Budget;
 pub use error::{FormatError, Location, Result, broken_link};
 pub use gltf::write as write_gltf;
-pub use image::{ColorUse, ExrChannel, decode_image, read_exr, read_image};
+pub use image::{ColorUse, ExrChannel, decode_image, read_exr, read_image, read_photo};
 pub use io::stand_in::check as check_stand_in;

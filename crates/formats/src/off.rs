@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
-use raycam_scene::{Mesh, MeshFile, Message, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, MeshFile, Message, Notice, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
 use crate::geometry::colors;
@@ -50,7 +50,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         ));
     }
     if faces.polygons.len() == 0 {
-        return Err(FormatError::whole(path, format!("no faces, only {count} vertices: nothing to see")));
+        return Err(FormatError::whole(
+            path,
+            ErrorCode::NothingVisible.message(format!("no faces, only {count} vertices: nothing to see")),
+        ));
     }
     let face_colors = faces.colors.linear("faces", path, &mut notices);
     let (mut triangles, mut colors) = (Vec::new(), Vec::new());
@@ -142,7 +145,9 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
         }
         for corner in 0..size {
             let Some(word) = rows.word(&mut words) else {
-                return Err(rows.error(format!("face {number} ends after {corner} of {size} corners")));
+                return Err(rows.error(
+                    ErrorCode::TruncatedFile.message(format!("face {number} ends after {corner} of {size} corners")),
+                ));
             };
             match lexer::integer(word).and_then(|i| usize::try_from(i).ok()) {
                 Some(index) if index < vertices => all.polygons.push_corner(Corner::plain(index as u32)),
@@ -151,7 +156,7 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
                         "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
                         lexer::for_message(word)
                     );
-                    return Err(rows.error(message));
+                    return Err(rows.error(ErrorCode::IndexOutOfRange.message(message)));
                 }
             }
         }
@@ -195,7 +200,7 @@ impl<'a> LineReader<'a> {
 
     fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>> {
         let end = format!("the file ends after {number} of {declared} {what}");
-        self.words().ok_or_else(|| self.error(end))
+        self.words().ok_or_else(|| self.error(ErrorCode::TruncatedFile.message(end)))
     }
 
     /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.

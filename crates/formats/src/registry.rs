@@ -1,7 +1,6 @@
 //! The table of file formats, and loading by it.
 
 use std::fs::File;
-use std::io;
 use std::path::Path;
 
 use glam::DAffine3;
@@ -105,7 +104,49 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
 
 /// The bytes of a file of a known kind, as far as its reader wants them in memory.
 fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
-    assets.read_head(path, format_of(path)?.head)
+    match named_format(path) {
+        Some(format) => assets.read_head(path, format.head),
+        // Its content may determine its kind.
+        None => assets.read(path),
+    }
+}
+
+/// The format that a file's content determines, or else the extension of its name.
+fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
+    let named = named_format(path);
+    let sniffed = file_kind::model_extension(bytes);
+    // Text may look like several formats: a name that is known decides.
+    let sniffed = sniffed.or_else(|| named.is_none().then(|| text_extension(bytes)).flatten());
+    match (named, sniffed) {
+        (Some(format), Some("glb")) if format.extension == "gltf" => Ok(format),
+        // A binary STL file begins with 80 bytes of any kind.
+        (Some(format), Some(_)) if format.extension == "stl" && stl::has_binary_length(bytes) => Ok(format),
+        (named, found) => {
+            let found = found.and_then(|found| FORMATS.iter().find(|format| format.extension == found));
+            found.or(named).map_or_else(|| format_of(path), Ok)
+        }
+    }
+}
+
+/// The extension of the format that a text, or a binary STL file, has the marks of.
+fn text_extension(bytes: &[u8]) -> Option<&'static str> {
+    const HEAD: usize = 1 << 16;
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD)]);
+    let text = head.trim_start_matches('\u{feff}').trim_start();
+    let begins = |words: &[&str]| words.iter().any(|word| text.starts_with(word));
+    let has_line =
+        |key: &[u8]| bytes.starts_with(key) || bytes.windows(key.len() + 1).any(|w| w[0] == b'\n' && w[1..] == *key);
+    if text.starts_with('{') && text.contains("\"asset\"") {
+        Some("gltf")
+    } else if stl::has_binary_length(bytes) || (begins(&["solid", "SOLID"]) && text.to_lowercase().contains("facet")) {
+        Some("stl")
+    } else if begins(&["OFF", "COFF", "NOFF", "CNOFF", "STOFF"]) {
+        Some("off")
+    } else if has_line(b"v ") && has_line(b"f ") {
+        Some("obj")
+    } else {
+        None
+    }
 }
 
 /// A whole file.
@@ -148,8 +189,12 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
 
 /// A file whose bytes may be of the kind that its name says, in UTF-8 where it is marked UTF-16, and the reader of its kind.
 fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
-    let format = format_of(&source.path)?;
     source.bytes = lexer::without_utf16(source.bytes);
+    // Of a file that is read in parts, the length has confirmed the kind.
+    let format = match source.rest {
+        Some(_) => format_of(&source.path)?,
+        None => format_of_content(&source.path, &source.bytes)?,
+    };
     // A byte order mark is no part of a PLY file; the other readers know it.
     if format.extension == "ply" && source.bytes.starts_with(b"\xef\xbb\xbfply") {
         source.bytes.drain(..3);
@@ -176,7 +221,10 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
         model.notices.push(Notice::new(NoticeCode::DroppedGeometry, format!("{}: {message}", path.display())));
         model.parts.retain(|part| !part.mesh.triangles.is_empty());
         if model.parts.is_empty() {
-            return Err(FormatError::whole(path, "all faces have vertices that are not finite: nothing to see"));
+            return Err(FormatError::whole(
+                path,
+                ErrorCode::NothingVisible.message("all faces have vertices that are not finite: nothing to see"),
+            ));
         }
     }
     for part in model.parts.iter().filter(|_| found.vertices > 0) {
@@ -206,17 +254,21 @@ fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<Me
 /// Ends of the names of USD files, which the Python package reads.
 const USD_EXTENSIONS: [&str; 4] = ["usd", "usda", "usdc", "usdz"];
 
+/// The format that the extension of a file's name determines.
+fn named_format(path: &Path) -> Option<&'static FileFormat> {
+    let extension = extension_of(path);
+    FORMATS.iter().find(|format| format.extension == extension)
+}
+
+fn extension_of(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
 fn format_of(path: &Path) -> Result<&'static FileFormat> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
+    if let Some(format) = named_format(path) {
         return Ok(format);
     }
-    // A missing file is reported before its extension.
-    if let Err(source) = std::fs::metadata(path)
-        && source.kind() == io::ErrorKind::NotFound
-    {
-        return Err(FormatError::Io { path: path.into(), source });
-    }
+    let extension = extension_of(path);
     if USD_EXTENSIONS.contains(&extension.as_str()) {
         let message = ErrorCode::UnknownFormat.message(
             "only raycam.load and World.add_object in Python read USD files; for other uses, such as world files, convert \
@@ -227,7 +279,7 @@ fn format_of(path: &Path) -> Result<&'static FileFormat> {
     let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
     let message = ErrorCode::UnknownFormat.message(format!(
-        "unknown kind of file; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
+        "unknown kind of file, by its name and its content; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
          raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
     ));
     Err(FormatError::unsupported(path, message))

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU16, Ordering};
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
-use raycam_scene::{Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
 use crate::geometry::weld::{self, VertexWelder};
@@ -56,7 +56,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         })
         .collect();
     if parts.is_empty() {
-        return Err(FormatError::whole(path, "no facets: nothing to see"));
+        return Err(FormatError::whole(path, ErrorCode::NothingVisible.message("no facets: nothing to see")));
     }
     let materials = vec![Material::for_mesh(&parts[0].mesh)];
     Ok(MeshFile { parts, materials, notices, ..MeshFile::default() })
@@ -81,6 +81,12 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 
 fn declared(bytes: &[u8]) -> Option<usize> {
     bytes.get(80..HEADER_BYTES)?.try_into().ok().map(|count| u32::from_le_bytes(count) as usize)
+}
+
+/// True if a file is exactly as long as a binary file of the number of facets that it declares.
+pub(crate) fn has_binary_length(bytes: &[u8]) -> bool {
+    let facets = declared(bytes).filter(|&facets| facets > 0).and_then(|facets| facets.checked_mul(FACET_BYTES));
+    facets.is_some_and(|facets| Some(facets) == bytes.len().checked_sub(HEADER_BYTES))
 }
 
 fn is_binary(source: &InputFile) -> bool {
@@ -113,7 +119,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
         let message = format!("{count} facets declared, but the file ends after {held}");
-        return Err(FormatError::byte(path, source.len(), message));
+        return Err(FormatError::byte(path, source.len(), ErrorCode::TruncatedFile.message(message)));
     }
     let mut used = held;
     if count < held && extra != 0 {
@@ -430,7 +436,8 @@ fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Soli
             parser.odd.note(NoticeCode::TruncatedData, Location::Line(last), message);
         }
         expect => {
-            return Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))));
+            let message = format!("the file ends where {} is expected", name(expect));
+            return Err(FormatError::line(path, last, ErrorCode::TruncatedFile.message(message)));
         }
     }
     let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {

@@ -54,6 +54,14 @@ pub trait AssetLoader {
     /// A file that is missing, unreadable, too large or malformed.
     fn texture(&mut self, file: &str, wrap: [Wrap; 2], color_use: ColorUse) -> Result<Texture, Self::Error>;
 
+    /// The image file of this name as an environment: it repeats around the horizon, and ends at the poles.
+    ///
+    /// # Errors
+    /// A file that is missing, unreadable, too large or malformed.
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>, Self::Error> {
+        Ok(self.texture(file, [Wrap::Repeat, Wrap::Clamp], ColorUse::Color)?.image)
+    }
+
     /// The IES file of this name.
     ///
     /// # Errors
@@ -172,10 +180,7 @@ impl Light {
     /// The errors of `files`.
     pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
-            Light::Environment { image, .. } => image.load(|file| {
-                let wrap = [Wrap::Repeat, Wrap::Clamp];
-                Ok(files.texture(file, wrap, ColorUse::Color)?.image)
-            }),
+            Light::Environment { image, .. } => image.load(|file| files.environment(file)),
             Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
             _ => Ok(()),
         }

@@ -1,1 +1,1 @@
-"""Annotations of pictures: labels, keypoints, optical flow and disparity."""
+"""Annotations of images: labels, keypoints, optical flow and disparity."""

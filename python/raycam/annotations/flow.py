@@ -1,4 +1,4 @@
-"""Optical flow, scene flow and disparity: surface points of one picture, found in another one."""
+"""Optical flow, scene flow and disparity: the surface points of one image located in another one."""
 
 from __future__ import annotations
 
@@ -29,31 +29,33 @@ def flow(
     *,
     threads: int | None = None,
 ) -> Maps:
-    """Optical flow and scene flow from `world` seen by `camera` to `world2` seen by `camera2`.
+    """Returns optical flow and scene flow from the image of `world` by `camera` to the image of `world2` by
+    `camera2`.
 
-    The second world is the first at another time (`world.at(0.5)`), or any with the same objects and triangles. A world
-    or camera that is not given is the first one. The surface point on each pixel's centre ray keeps its object, its
-    triangle and its barycentric coordinates, so rigid and deforming meshes are followed alike, in float64.
-    Returns arrays of the size of `camera`:
+    `world2` is `world` at another time (`world.at(0.5)`), or any world with the same objects and triangles. `world2`
+    and `camera2` default to `world` and `camera`. The surface point on each pixel's centre ray is identified by its
+    object, triangle and barycentric coordinates, so rigid and deforming meshes are both followed, in float64. Returns
+    arrays of the size of `camera`:
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
     scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
     depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
-    occluded   bool [h, w]       the point is inside the second picture, but hidden there                   False
-    outside    bool [h, w]       the point is not inside the second picture                                 False
+    occluded   bool [h, w]       the point is inside the second image, but hidden there                   False
+    outside    bool [h, w]       the point is not inside the second image                                 False
     ========== ================= ========================================================================== ==========
 
-    The last column is the value of pixels that show the background. `flow` is also NaN where `camera2` has no image of
-    the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a
-    surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
+    The last column is the value of pixels that show the background. `flow` is also NaN if `camera2` cannot project
+    the point: behind the camera, or outside its lens model's valid region. A point is occluded if the second camera's
+    ray to it hits a surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own
+    object is occluded too.
 
-    With a rolling shutter, each line shows the world at its own time, in both pictures. In the second picture, points
+    With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
     move linearly between the times of two lines.
 
-    Raises `WorldError` where the worlds differ in objects or triangles, and where the second camera reads its lines
-    while so much moves that the worlds of all lines take more than 2 GiB: about 1 KiB an object, and 128 bytes for each
-    vertex and triangle of meshes that bend, for each line.
+    Raises `WorldError` if the worlds differ in objects or triangles. With a rolling shutter of the second camera, it
+    also raises `WorldError` if the copies of the moving parts for all lines exceed 2 GiB: about 1 KiB per object, and
+    128 bytes per vertex and triangle of deforming meshes, for each line.
     """
     world = world_of(world)
     camera = camera_of(world, camera)
@@ -71,16 +73,16 @@ def disparity(
     of: Literal["left", "right"] = "left",
     threads: int | None = None,
 ) -> Maps:
-    """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
+    """Returns the disparity of a rectified pair, x_left - x_right in pixels, in the image of one of its cameras.
 
-    The pair is two cameras, or the first two cameras of a rig, left and right; names of cameras and rigs of the world,
-    and paths, will do. `of` chooses the picture. Returns
-    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera,
-    as `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
+    The pair is two cameras `left` and `right`, or a rig, of which the first two cameras are used; both may be given
+    as names in the world or as paths. `of` selects the image, "left" or "right". Returns `disparity` float32 [h, w]
+    (NaN for the background), and `occluded` and `outside` bool [h, w] for the other camera, as in `flow`. With focal
+    length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
-    Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal lengths,
-    skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of the left
-    one. `Rig.rectified` makes one of any two cameras.
+    Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal
+    lengths, skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of
+    the left one. `Rig.rectified` creates such a pair from any two cameras.
     """
     world = world_of(world)
     if isinstance(left, str) and left in world.rigs:
@@ -99,7 +101,8 @@ def disparity(
     right = camera_of(world, right)
     if not isinstance(of, str) or of not in ("left", "right"):
         raise CameraError(
-            f'of is {of!r}; expected "left" or "right", the camera that sees it', code="invalid_value"
+            f'of is {of!r}; expected "left" or "right", the camera whose image is computed',
+            code="invalid_value",
         )
     check_rectified(left, right)
     first, second = (left, right) if of == "left" else (right, left)
@@ -113,7 +116,7 @@ def disparity(
 
 
 def check_rectified(left: Camera, right: Camera) -> None:
-    """Raises `CameraError` where two cameras are no rectified pair."""
+    """Raises `CameraError` if two cameras are not a rectified pair."""
     for camera in (left, right):
         if camera.is_parallel:
             raise CameraError(
@@ -122,7 +125,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
             )
         if camera.shutter is not None:
             raise CameraError(
-                "not a rectified pair, because of a shutter: rows of one picture are no rows of the other; "
+                "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
                 "raycam.flow follows any two cameras, and camera.still() stands",
                 code="unsupported_camera",
             )

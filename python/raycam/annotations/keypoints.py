@@ -1,4 +1,4 @@
-"""Keypoints: the images of object points, and the objects that occlude them."""
+"""Keypoints: the pixels of object points, and the objects that occlude the points."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ __all__ = ["Keypoints", "keypoints"]
 
 @dataclass(frozen=True)
 class Keypoints:
-    """The images of n points in one picture."""
+    """The projections of n points into one image."""
 
     points: Floats
-    """Positions in the world [n, 3] at the time of exposure, metres; points without an image are taken at time 0."""
+    """Positions in the world [n, 3] at the time of exposure, metres; at time 0 for points without a pixel."""
     pixels: Floats
-    """Pixel coordinates [n, 2]; NaN where the camera has no image of the point."""
+    """Pixel coordinates [n, 2]; NaN if the camera cannot project the point."""
     in_picture: Bools
-    """True [n] for images inside the picture."""
+    """True [n] for points whose pixel is inside the image."""
     visible: Bools
-    """True [n] for images inside the picture that nothing occludes."""
+    """True [n] for points whose pixel is inside the image and that nothing occludes."""
     occluder: npt.NDArray[np.int32]
-    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the picture."""
+    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the image."""
     on_surface: Bools
     """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
 
@@ -47,7 +47,7 @@ def keypoints(
     tolerance: float = 1e-4,
     threads: int | None = None,
 ) -> Keypoints:
-    """The images of `points` [n, 3], and the objects that occlude them.
+    """Returns the pixels of `points` [n, 3], and the objects that occlude them.
 
     `world` and `camera` may be paths and names, as in `raycam.render`.
 
@@ -67,7 +67,7 @@ def keypoints(
     places = floats("points", points, ("n", 3))
     if triangles is not None and objects is None:
         raise SettingsError(
-            "triangles need objects, one for each: a triangle has its number in its object's mesh",
+            "triangles require objects, one for each triangle, because triangle ids belong to an object's mesh",
             code="wrong_shape",
         )
     numbers = {

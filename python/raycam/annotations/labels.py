@@ -1,4 +1,4 @@
-"""Labels of the objects in a picture: masks, boxes and visible fractions."""
+"""Labels of the objects in an image: masks, boxes and visible fractions."""
 
 from __future__ import annotations
 
@@ -57,16 +57,16 @@ class Box3D:
 
 @dataclass(frozen=True)
 class Label:
-    """One object in one picture. Boxes are (x, y, width, height) in pixels from the picture's top left corner."""
+    """One object in one image. Boxes are (x, y, width, height) in pixels from the image's top left corner."""
 
     object: int
     """The object's id in the channel `instance`."""
     name: str
     """The object's name in the world."""
     category: str | None
-    """The object's category in the world, None for none."""
+    """The object's category in the world, or None."""
     category_id: int
-    """The category's id in the channel `category`, -1 for none."""
+    """The category's id in the channel `category`; -1 without a category."""
     region: Region
     """The rectangle (x, y, width, height) that the masks cover, in pixels; it may reach into the margin."""
     amodal_mask: Bools
@@ -76,11 +76,11 @@ class Label:
     box3d: Box3D
     """The oriented box around the object in the world."""
     size: tuple[int, int]
-    """The picture's (width, height) in pixels."""
+    """The image's (width, height) in pixels."""
 
     @property
     def amodal_box(self) -> Region:
-        """The bounding box of the amodal mask; it may reach beyond the picture."""
+        """The bounding box of the amodal mask; it may reach beyond the image."""
         return self.region
 
     @cached_property
@@ -104,12 +104,12 @@ class Label:
 
     @property
     def visible_fraction(self) -> float:
-        """The fraction of the amodal mask that is visible; occluders and the picture's edge both reduce it."""
+        """The fraction of the amodal mask that is visible; occluders and the image's edge both reduce it."""
         return self.visible_pixels / self.amodal_pixels
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The fraction of the amodal mask that lies outside the picture, as far as the margin reaches."""
+        """The fraction of the amodal mask that lies outside the image; parts beyond the margin are not counted."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def __repr__(self) -> str:
@@ -121,7 +121,7 @@ class Label:
         )
 
     def in_picture(self, mask: Bools) -> Bools:
-        """Returns a mask of `region` as a mask of the whole picture, [height, width]."""
+        """Returns a mask of `region` as a mask of the whole image, [height, width]."""
         width, height = self.size
         whole_mask = np.zeros((height, width), dtype=bool)
         x, y, w, h = self.region
@@ -140,16 +140,15 @@ def label(
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
 ) -> list[Label]:
-    """The labels of the `objects` with a nonempty amodal mask; world and camera as in `render`.
+    """Returns a label for each of the `objects` (default: all but shadow catchers) with a nonempty amodal mask.
 
-    Without `objects`, all but shadow catchers have labels.
+    `world` and `camera` are as in `render`. Masks belong to the exact rays through the pixels' centres. The visible
+    mask comes from the channel `instance`, which is rendered if not given; the amodal mask shows each object alone.
+    Amodal masks extend `margin` columns and rows beyond the image (default: the image's width and height on every
+    side, as in the BOP toolkit). With a rolling shutter, each line has its own time, as in the image; `box3d` belongs
+    to the middle of the exposure.
 
-    Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
-    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
-    amodal masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter,
-    each line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
-
-    Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
+    Raises `SettingsError` for unknown objects, and if `instance` does not have the image's size.
     """
     world = world_of(world)
     camera = camera_of(world, camera)
@@ -170,7 +169,7 @@ def label(
     if instance.shape != (height, width) or instance.dtype.kind not in "iu":
         raise SettingsError(
             f"instance has the shape {list(instance.shape)} and the dtype {instance.dtype}; expected whole numbers "
-            f"{[height, width]}, as the camera's picture",
+            f"{[height, width]}, the size of the camera's image",
             code="wrong_shape",
         )
     columns, rows = (width, height) if margin is None else wholes("margin", margin, 0, 1 << 16, count=2)
@@ -209,7 +208,7 @@ def _number(known: Sequence[Object], which: int | str) -> int:
 
 
 def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
-    """The oriented box around an object of the world, by its id or its name.
+    """Returns the oriented box around an object of the world, by id or name.
 
     Raises `SettingsError` for an unknown object.
 

@@ -1,4 +1,4 @@
-"""Baking: maps of a surface in textures."""
+"""Baking: properties of a surface stored in textures."""
 
 from .maps import MAPS, BakedMaps, bake
 

@@ -1,4 +1,4 @@
-"""Gutters: values continued beyond the islands of a texture, so that mip maps do not bleed."""
+"""Gutters: values extended beyond a texture's islands, so that mip maps do not mix in the background."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ GUTTER = 8
 
 
 def fill_gutters(values: npt.NDArray[Any], known: Bools, width: int = GUTTER) -> npt.NDArray[Any]:
-    """A copy of `values` [h, w, k] in which texels within `width` of a known texel have the mean of known neighbours.
+    """Returns a copy of `values` [h, w, k] whose texels within `width` of a known texel have the mean of known
+    neighbours.
 
     Integers are copied from one neighbour instead. The texture does not wrap around.
     """

@@ -11,7 +11,7 @@ __all__ = ["hemisphere_directions"]
 
 
 def hemisphere_directions(normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int) -> Floats:
-    """Unit directions [n, 3], the `sample`-th of `samples` for each normal, with a density of cosine over pi.
+    """Returns unit directions [n, 3], the `sample`-th of `samples` for each normal, with the density cosine / pi.
 
     A Hammersley set is shifted by a hash of `keys` [n] (Cranley and Patterson 1976) and mapped by Malley's method.
     """

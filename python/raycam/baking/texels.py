@@ -1,4 +1,4 @@
-"""Texels of a mesh: the face at each texel's centre, by exact edge signs in texture space."""
+"""Texels of a mesh: the face at each texel's centre, found with exact edge signs in texture space."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ __all__ = ["Texels", "covered_texels", "find_texels", "warn_of_overlap"]
 Ints = npt.NDArray[np.int64]
 
 MAX_CANDIDATES = 1 << 20
-"""Pairs of a triangle and a texel in work at the same time, about 200 MB."""
+"""Number of triangle-texel pairs processed at a time, about 200 MB."""
 MAX_RELATIVE_ERROR = 1e-14
-"""Bound of the relative error of a float64 edge function; signs below it are decided by fractions."""
+"""Maximum relative error of a float64 edge function; smaller values are recomputed with exact fractions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """The texels [n] whose centre is in a face, in the order of rows."""
+    """The texels [n] whose centre is inside a face, row by row."""
 
     size: tuple[int, int]
     """(width, height) of the texture."""
     index: Ints
     """Row times width plus column, ascending."""
     face: npt.NDArray[np.int32]
-    """The face at the centre; on an edge, the lowest number."""
+    """The face at the texel's centre; on an edge, the face with the lowest number."""
     corners: Floats
     """The corners of all faces [f, 3, 2] in texels, where whole numbers are texel centres."""
     overlapping: int
-    """The number of texels whose centre is inside of several faces, whose islands overlap."""
+    """The number of texels whose centre is inside several faces, because islands overlap."""
 
     def weights(self, part: slice | Ints = slice(None)) -> Floats:
         """Barycentric weights of the face's corners [n, 3] for some texels."""
@@ -44,7 +44,7 @@ class Texels:
 
 
 def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
-    """The texels of faces with the texture coordinates `uvs` [f, 3, 2] (v down) in a texture of `size`.
+    """Finds the texels of faces with texture coordinates `uvs` [f, 3, 2] (v down) in a texture of `size`.
 
     A texel's centre is at (column + 1/2, row + 1/2) / size. Centres outside 0..1 are ignored.
     """
@@ -99,7 +99,7 @@ def _count_up(lengths: Ints) -> Ints:
 
 
 def edge_signs(corners: Floats, x: Ints, y: Ints) -> npt.NDArray[np.int8]:
-    """The exact signs [n, 3] of the edge functions of triangles [n, 3, 2] at points (x, y)."""
+    """Returns the exact signs [n, 3] of the edge functions of triangles [n, 3, 2] at points (x, y)."""
     signs = np.empty((len(corners), 3), np.int8)
     point = np.stack([x, y], axis=1).astype(np.float64)
     for i in range(3):

@@ -1,8 +1,9 @@
 """Benchmark: rays per second through the public array interface, with Embree for comparison.
 
-The scenes are generated (`bench.scenes`). The rays are those of a picture: `primary` rays from the camera, `shadow`
-rays from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and `shuffled`,
-the bounce rays in random order. Every measurement is a whole call, arrays in to arrays out.
+The scenes are generated (`bench.scenes`). The rays are those of an image: `primary` rays from the camera, `shadow`
+rays from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and
+`shuffled`, the bounce rays in random order. Every measurement is a whole call, from the input arrays to the output
+arrays.
 
 If embreex is installed, its Embree traces the same rays. embreex traces single float32 rays on one thread, so its rates
 compare with raycam's on one thread; its builds use all threads. Embree has faster modes (packets, more threads) that no
@@ -45,12 +46,14 @@ class BenchRow:
     count: int
     """The number of triangles or rays of one call."""
     raycam: float
-    """The rate of raycam on all requested threads."""
+    """raycam's rate on all requested threads."""
     raycam_one_thread: float
     embree: float | None
-    """The rate of Embree: rays on one thread, builds on all threads of the machine. None without embreex."""
+    """Embree's rate: rays on one thread, builds on all threads of the machine. None without embreex."""
     differ: int | None
-    """The number of rays for which Embree differs: hit or miss, or t by more than 1e-4 of it. None for builds."""
+    """The number of rays with another result in Embree: hit instead of miss, or t differs by more than 1e-4. None for
+    builds.
+    """
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,7 +72,7 @@ class BenchReport:
     rows: list[BenchRow]
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields by name as plain values, for JSON."""
+        """Returns the fields by name as JSON values."""
         return dataclasses.asdict(self)
 
     def _like_for_like(self, row: BenchRow) -> float:
@@ -120,7 +123,7 @@ def bench(
     seed: int = 1,
     progress: Callable[[int, int], object] | None = None,
 ) -> BenchReport:
-    """Measures the named scenes (default: all), each of about `triangles` triangles, seen in `size` pixels.
+    """Measures the named scenes (default: all), each with about `triangles` triangles and an image of `size` pixels.
 
     Every figure is the best of `repeat` calls after one warm-up call. `threads` is the number of threads of raycam
     (None: all). `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers out of
@@ -219,7 +222,9 @@ def _measure(
 
 
 def tile_order(width: int, height: int) -> Floats:
-    """The pixel centres [n, 2] of a picture in tiles of 8 x 8, so that neighbours stay together."""
+    """Returns the pixel centres [n, 2] of an image in the order of 8 x 8 tiles, so that neighbours are traced
+    together.
+    """
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))
     return floats("pixels", np.stack([u[order], v[order]], -1), ("n", 2))
@@ -242,7 +247,7 @@ def _rays_per_second(count: int, repeat: int, call: Callable[[], object]) -> flo
 
 
 def count_mismatches(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
-    """The number of different answers: bools, or t with +inf for a miss."""
+    """Returns the number of different results: bools, or t with +inf for a miss."""
     if ours.dtype == bool:
         return int((ours != theirs).sum())
     hit = np.isfinite(ours)

@@ -31,12 +31,12 @@ def opencv() -> Any:
         import cv2
     except ImportError as error:
         raise SettingsError(
-            f"the self-check needs OpenCV ({error}): pip install opencv-python-headless",
+            f"the self-check requires OpenCV ({error}); pip install opencv-python-headless",
             code="missing_dependency",
         ) from None
     if not hasattr(cv2, "aruco") or not hasattr(cv2.aruco, "CharucoDetector"):
         raise SettingsError(
-            f"the self-check needs OpenCV 4.8 or later with its aruco module, this is {cv2.__version__}: "
+            f"the self-check requires OpenCV 4.8 or later with its aruco module; installed: {cv2.__version__}: "
             "pip install --upgrade opencv-python-headless",
             code="missing_dependency",
         )
@@ -105,7 +105,7 @@ class Board:
         return world
 
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
-        """`camera` at `count` poses, so that the board covers all parts of the picture, tilted up to 40 degrees.
+        """`camera` at `count` poses, so that the board covers all parts of the image, tilted up to 40 degrees.
 
         The poses depend on the arguments alone. Raises `SettingsError` if no pose shows the board.
         """
@@ -153,9 +153,9 @@ class Board:
         return placed if inside.sum() >= enough else None
 
     def detect(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
-        """The ids [n] and pixel coordinates [n, 2] of the corners that OpenCV detects in a grey picture [h, w].
+        """The ids [n] and pixel coordinates [n, 2] of the corners that OpenCV detects in a grey image [h, w].
 
-        Pixel centres are integers. Corners are refined in the blurred picture, in a window without other edges.
+        Pixel centres are integers. Corners are refined in the blurred image, in a window without other edges.
         """
         cv2 = opencv()
         if self.kind == "checkerboard":

@@ -44,7 +44,7 @@ class Calibration:
     center_error: float
     """The distance between the principal points, pixels."""
     picture_error: float
-    """The largest distance in pixels between the images of the same ray, over the part of the picture with corners.
+    """The largest distance in pixels between the images of the same ray, over the part of the image with corners.
 
     Coefficients may differ much and compensate each other; this distance does not.
     """
@@ -59,9 +59,9 @@ class SelfCheck:
     board: str
     """The kind of board."""
     views: int
-    """The number of pictures."""
+    """The number of images."""
     corners: int
-    """The number of corners that OpenCV detected in all pictures."""
+    """The number of corners that OpenCV detected in all images."""
     detected: Calibration
     """The calibration from the detected corners."""
     exact: Calibration
@@ -69,13 +69,13 @@ class SelfCheck:
     detector_rms: float
     """The root mean square distance of the detected corners from their exact projections."""
     detector_bias: float
-    """The length of the mean offset of the detected corners; a shift of the picture by half a pixel would show here."""
+    """The length of the mean offset of the detected corners; a shift of the image by half a pixel would show here."""
     picture_largest: float
     """The largest distance of a pixel's centre from the projection of the surface point in that pixel."""
 
     @property
     def cause(self) -> str:
-        """The source of the residual: "detector", or "picture" if the picture's own error is as large."""
+        """The source of the residual: "detector", or "image" if the image's own error is as large."""
         picture = max(self.picture_largest, self.exact.picture_error, self.detector_bias)
         return "picture" if picture > self.detector_rms / 2 else "detector"
 
@@ -126,9 +126,9 @@ def selfcheck(
 
     `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any of
     its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's
-    picture size. `board` is "charuco" or "checkerboard". The pictures have `samples` rays per pixel, a lens blur of 1.5
+    image size. `board` is "charuco" or "checkerboard". The images have `samples` rays per pixel, a lens blur of 1.5
     pixels and 8 bits of linear light. `progress(done, total)` counts the views; `keep(number, frame)` receives each
-    picture.
+    image.
 
     OpenCV is given the number of coefficients and nothing else of the camera. Raises `SettingsError` if OpenCV is not
     installed (`pip install opencv-python-headless`) or detects the board too seldom, and `CameraError` for a lens that
@@ -167,8 +167,8 @@ def selfcheck(
         progress(views, views)
     if len(found) < MIN_VIEWS:
         raise SettingsError(
-            f"OpenCV found the board in {len(found)} of {views} views, it needs {MIN_VIEWS}: larger pictures, "
-            "more views or more samples help",
+            f"OpenCV found the board in {len(found)} of {views} views, but requires {MIN_VIEWS}; use larger "
+            "images, more views or more samples",
             code="out_of_range",
         )
     objects = [target.corners[numbers] for numbers, _, _ in found]

@@ -37,11 +37,11 @@ OPENCV_FROM = {
     "opengl": np.diag([1.0, -1.0, -1.0]),
     "x_forward": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
 }
-"""The rotations from axes of a camera to OpenCV's, by the names of the axes."""
+"""Rotations from other camera axes to OpenCV's, by the name of the axes."""
 
 
 class Constructors(CameraGeometry):
-    """Base of `Camera` with the alternative constructors."""
+    """Base class of `Camera` with the alternative constructors."""
 
     __slots__ = ()
 
@@ -49,16 +49,16 @@ class Constructors(CameraGeometry):
     def from_matrix(
         cls, P: npt.ArrayLike, size: Size, *, pixel_center: PixelCenter = "integer", up: Up = "z"
     ) -> Self:
-        """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
+        """Returns a camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
         The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant,
         points forward. The camera has no lens: `p.replace(distortion=...)` adds one to a camera `p`. Raises
         `CameraError` for a rank below 3.
 
-        If the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are parallel
-        lines without an origin, so that everything is visible. The camera is affine if the last row is 0 0 0 w. The
-        direction of the rays is the one in which the picture is not mirrored. Depth, which may be negative, is measured
-        from the plane through the world's origin.
+        If the left 3x3 part is singular, the centre is at infinity (`center` is its direction). The rays are then
+        parallel lines without a starting point, so nothing is behind the camera; their direction is the one for which
+        the image is not mirrored. Depth, which may be negative, is measured from the plane through the world's
+        origin. The camera is affine if the last row is 0 0 0 w.
 
         Source: Hartley and Zisserman, sections 6.2.3, 6.2.4 and 6.3.
         """
@@ -76,13 +76,14 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **view: Unpack[ViewKeys],
     ) -> Self:
-        """A camera at `location` [3], turned by `roll`, `pitch`, `yaw` in degrees.
+        """Returns a camera at `location` [3], rotated by `roll`, `pitch`, `yaw` in degrees.
 
-        Body axes follow ROS REP-103 (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll). With all
-        angles 0, the camera looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left, positive
-        pitch looks down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and
-        `K`; `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
-        `model` are the lens, as in `Camera`.
+        Body axes follow ROS REP-103 (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll). With
+        all angles 0, the camera looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns the
+        camera left, positive pitch turns it down. The intrinsics are exactly one of `focal` (one number or (fx, fy),
+        pixels), `fov` (vertical, degrees) and `K`. `skew` and `principal_point` (default: the image centre) may be
+        added to `focal` or `fov`. `distortion` and `model` are the lens, as in `Camera`. Raises `CameraError` for
+        invalid values.
         """
         k, size, lens, pixel_center = read_view(view)
         angles = [number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
@@ -97,10 +98,11 @@ class Constructors(CameraGeometry):
         up: npt.ArrayLike | Up = "z",
         **view: Unpack[ViewKeys],
     ) -> Self:
-        """A camera at `eye` [3] that sees `target` [3] at its principal point.
+        """Returns a camera at `eye` [3] whose principal point shows `target` [3].
 
-        `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the
-        view. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
+        `up` is the world direction that points upwards in the image: "z", "y", or a vector [3] not parallel to the
+        viewing direction. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45
+        degrees. Raises `CameraError` for invalid values.
         """
         if all(view.get(name) is None for name in ("focal", "fov", "K")):
             view = {**view, "fov": 45.0}
@@ -127,7 +129,7 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A camera from the results of `cv2.calibrateCamera` and `cv2.solvePnP`.
+        """Returns a camera from the results of `cv2.calibrateCamera` and `cv2.solvePnP`.
 
         `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
         radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
@@ -154,11 +156,11 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
+        """Returns a camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
         The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in
-        pixels; the lens is as in `Camera`. The axes are OpenGL's, the pixels are not: `pixel_center` is "integer"
-        unless given, and a K with cx = width / 2 in the middle of the picture is of "half".
+        pixels; the lens is as in `Camera`. Only the axes follow OpenGL: `pixel_center` is "integer" by default. If
+        `K` has cx = width / 2 for the image centre, pass `pixel_center="half"`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError).tolist()
         coefficients, pixel_center = read_lens(lens)
@@ -178,13 +180,13 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """A camera from its pose as a matrix [4, 4] or [3, 4], in either direction.
+        """Returns a camera from its pose as a matrix [4, 4] or [3, 4], world_from_camera or camera_from_world.
 
-        `axes` are those of the camera in the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
-        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The arguments may stand as
-        K, pose, size, as in `from_opengl`, or as K, size, pose. Raises `CameraError` without a size, unless exactly
-        one matrix is given, for a last row that is not 0 0 0 1 (with a word where the matrix is transposed), and for
-        what is no rotation.
+        `axes` are the camera axes of the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
+        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The positional arguments
+        may be K, pose, size, as in `from_opengl`, or K, size, pose. Raises `CameraError` without a size, unless
+        exactly one matrix is given, for a last row other than 0 0 0 1 (with a hint if the matrix is transposed), and
+        if the 3x3 part is not a rotation.
         """
         if size is None:
             raise CameraError("expected size, (width, height) in pixels", code="missing_value")
@@ -211,11 +213,11 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """A camera from the pose matrix [4, 4] or [3, 4] of a body: x forward, y left, z up.
+        """Returns a camera from the pose matrix [4, 4] or [3, 4] of a body with x forward, y left, z up.
 
-        These are the axes of ROS bodies and of Waymo's cameras. The matrix maps points of those axes to the world.
-        With the identity, the camera looks along +x of the world, as that of `from_pose` does. Raises `CameraError` as
-        `from_transform` does.
+        These are the axes of ROS bodies and of Waymo's cameras. The matrix maps points in these axes to the world.
+        With the identity, the camera looks along +x of the world, as in `from_pose`. Raises the errors of
+        `from_transform`.
         """
         return cls.from_transform(K, world_from_camera, size, axes="x_forward", up=up, **lens)
 
@@ -233,12 +235,13 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """A camera from a unit quaternion [4] and a translation [3].
+        """Returns a camera from a unit quaternion [4] and a translation [3].
 
-        `order` says where the real part is: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM, SciPy).
-        `direction` says what quaternion and translation do: "world_from_camera" (then the translation is the centre) or
-        "camera_from_world" (COLMAP). `axes` are as in `from_transform`. Neither has a default: a wrong guess is silent.
-        Raises `CameraError` for a length that differs from 1 by more than 1e-3.
+        `order` is the position of the real part: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM,
+        SciPy). `direction` is the transform that quaternion and translation describe: "world_from_camera" (the
+        translation is then the centre) or "camera_from_world" (COLMAP). Neither has a default, because a wrong guess
+        would go unnoticed. `axes` are as in `from_transform`. Raises `CameraError` for a length that differs from 1
+        by more than 1e-3.
         """
         one_of("order", order, ("wxyz", "xyzw"), error=CameraError)
         one_of("direction", direction, ("world_from_camera", "camera_from_world"), error=CameraError)
@@ -291,13 +294,13 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "half",
         up: Up = "z",
     ) -> Self:
-        """A camera from one of COLMAP's models, SIMPLE_PINHOLE to EQUIRECTANGULAR, with the pose of an image.
+        """Returns a camera from one of COLMAP's models, SIMPLE_PINHOLE to EQUIRECTANGULAR, and the pose of an image.
 
         `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
         principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE
-        become pinholes, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV the lens "opencv", the FISHEYE models "fisheye",
-        the others lenses of their own names. `colmap` returns the model. Raises `CameraError` for other names and
-        numbers of parameters.
+        become pinholes; SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV become the lens model "opencv", the FISHEYE
+        models "fisheye", and the others lens models of the same name. The property `colmap` returns COLMAP's model
+        and parameters. Raises `CameraError` for unknown names and a wrong number of parameters.
 
         Source: COLMAP, `sensor/models.h`.
         """
@@ -320,11 +323,11 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A camera with parallel rays and square pixels, whose picture is `height` world units high.
+        """Returns a camera with parallel rays and square pixels, whose image is `height` world units high.
 
-        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the middle of the picture. Rays
-        start on the image plane through `location`: surfaces behind the plane are not visible, and depth is measured
-        from it. The last row of `P` is 0 0 0 1. `K` is in pixels per world unit.
+        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the centre of the image
+        plane. Rays start on this plane, so surfaces behind it are not visible, and depth is measured from it. The
+        last row of `P` is 0 0 0 1. `K` is in pixels per world unit. Raises `CameraError` for invalid values.
         """
         pose: dict[str, Any] = {"location": vector("location", location)}
         if target is None:
@@ -346,13 +349,13 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A panorama of all directions from `location` [3]: 360 degrees across, 180 down.
+        """Returns a panorama camera at `location` [3] that covers 360 degrees horizontally and 180 vertically.
 
-        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the picture
-        is as in `from_pose`; the left and right edges look backwards. In camera axes, longitude is atan2(x, z) and
-        latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the camera;
-        the channel `distance` has the ray length. Part of a panorama is a camera with `model="equirectangular"` and a
-        `K` in pixels per radian.
+        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The image centre has the orientation of
+        `from_pose`; the left and right edges show what is behind the camera. In camera axes, longitude is atan2(x, z)
+        and latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the
+        camera; the channel `distance` contains the ray length. For a part of a panorama, create a `Camera` with
+        `model="equirectangular"` and a `K` in pixels per radian.
         """
         return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
 
@@ -368,10 +371,11 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A panorama on a cylinder around the camera's y axis, from `location` [3]: 360 degrees across.
+        """Returns a panorama camera at `location` [3] that projects onto a cylinder around its y axis: 360 degrees
+        horizontally.
 
         Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are
-        square at the horizon, in the middle of the picture. Vertical lines stay straight.
+        square at the horizon, which is in the middle of the image. Vertical lines are straight in the image.
         """
         return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
 

@@ -19,11 +19,11 @@ __all__ = ["Copies"]
 
 PANORAMIC = ("equirectangular", "cylindrical")
 MIN_FORWARD = 1e-3
-"""The smallest z of a unit ray that an undistorted image can show."""
+"""Minimum z of a unit ray in an undistorted image."""
 
 
 class Copies(Optics):
-    """Base of `Camera` with the methods that return changed copies.
+    """Base class of `Camera` with the methods that return changed copies.
 
     A copy keeps every property that is not named: pose, lens, pixel centres, aperture, vignetting, shutter. `pinhole`,
     `cropped`, `resized` and `undistorted` warp the camera's background photo to the new view; `replace` corrects the
@@ -123,9 +123,9 @@ class Copies(Optics):
         undistorted image contains the whole original image; in between, K is interpolated. `pixel_map` maps between the
         two images. Raises `CameraError` for parallel rays, and for lenses with too wide a field of view for `balance`.
 
-        Source: OpenCV, `getOptimalNewCameraMatrix`, with `balance` for its `alpha`. It looks at nine points a side and
-        takes five steps of its inverse of the lens; here are all pixels of the border and the exact inverse. For
-        strong lenses (k1 = -0.35), K differs by up to 0.2 pixels.
+        Source: OpenCV, `getOptimalNewCameraMatrix`, whose `alpha` is `balance` here. OpenCV uses nine points per side
+        and five iterations of the inverse lens model; raycam uses all border pixels and the exact inverse. For strong
+        distortion (k1 = -0.35), K differs by up to 0.2 pixels.
         """
         share = number("balance", balance)
         if not 0.0 <= share <= 1.0:
@@ -151,7 +151,7 @@ class Copies(Optics):
         return self.pinhole().replace(K=K, size=new)
 
     def pixel_map(self, source: Self) -> npt.NDArray[np.float32]:
-        """For each pixel of this camera, the pixel of `source` with the same ray: float32 [h, w, 2].
+        """Returns, for each pixel of this camera, the pixel of `source` with the same ray: float32 [h, w, 2].
 
         The map is in OpenCV's convention, for `cv2.remap(image, map[..., 0], map[..., 1], ...)`; NaN for rays outside
         the view of `source`. Raises `CameraError` unless both cameras have the same centre.
@@ -185,6 +185,12 @@ class Copies(Optics):
         if background is None:
             return self._of(self._core.with_background(None, False, None), self._up)
         given = background if isinstance(background, Background) else Background(background)
+        if given.orientation != "auto":
+            raise CameraError(
+                f"a camera keeps no orientation={given.orientation!r} of its background; pass the background to "
+                "raycam.render(..., background=background)",
+                code="conflicting_values",
+            )
         camera = None if given.camera is None else given.camera._core
         return self._of(self._core.with_background(given.file, given.fit == "cover", camera), self._up)
 

@@ -19,7 +19,7 @@ __all__ = ["CameraGeometry", "refuse_other_types"]
 
 
 class CameraGeometry(DictSerializable):
-    """Base of `Camera`: what its matrix and its lens define."""
+    """Base class of `Camera` with the properties and maps that its matrix and lens define."""
 
     __slots__ = ("_core", "_lens", "_up")
 
@@ -36,14 +36,14 @@ class CameraGeometry(DictSerializable):
 
     @classmethod
     def from_dict(cls, description: dict[str, Any], *, up: Up = "z") -> Self:
-        """The camera described by a `[camera]` table of a world file, given as a dict such as `to_dict` returns.
+        """Returns the camera that a `[camera]` table of a world file describes, given as a dict (see `to_dict`).
 
-        Raises `WorldError` or `CameraError` with the key at fault.
+        Raises `WorldError` or `CameraError` with the name of the invalid key.
         """
         return cls._of(_core.Camera.from_dict(description, checked_up(up)), up)
 
     def to_dict(self) -> dict[str, Any]:
-        """The camera as a `[camera]` table of a world file; `from_dict` restores the same camera to the last digit."""
+        """Returns the camera as a `[camera]` table of a world file, from which `from_dict` restores it exactly."""
         description: dict[str, Any] = json.loads(self._core.to_json())
         return description
 
@@ -81,14 +81,14 @@ class CameraGeometry(DictSerializable):
     def location(self) -> Floats:
         """The centre [3] in the world.
 
-        For an orthographic camera, a point of the plane on which rays start. For a matrix with its centre at infinity,
-        the world's origin, from which depth is measured.
+        For an orthographic camera, a point of the plane on which its rays start. For a camera from a matrix with its
+        centre at infinity, the world's origin, from which depth is measured.
         """
         return _fixed(self._core.c, "camera.replace(C=...)")
 
     @property
     def is_parallel(self) -> bool:
-        """True for parallel rays: an orthographic camera, or a matrix with its centre at infinity."""
+        """True for parallel rays: an orthographic camera, or one from a matrix with its centre at infinity."""
         return self._core.center != "point"
 
     @property
@@ -105,7 +105,7 @@ class CameraGeometry(DictSerializable):
 
     @property
     def P(self) -> Floats:
-        """The camera matrix K R [I | -C], [3, 4], by which `project` projects if there is no lens."""
+        """The camera matrix K R [I | -C], [3, 4], which `project` uses for a camera without a lens."""
         return _fixed(self._core.p, "camera.replace(K=..., R=..., C=...)")
 
     @property
@@ -139,12 +139,12 @@ class CameraGeometry(DictSerializable):
 
     @property
     def corner(self) -> float:
-        """Both pixel coordinates of the picture's top left corner: -0.5 for `pixel_center` "integer", else 0."""
+        """Both pixel coordinates of the image's top left corner: -0.5 for `pixel_center` "integer", else 0."""
         return -0.5 if self.pixel_center == "integer" else 0.0
 
     @property
     def up(self) -> Up:
-        """The axis of the world that `roll_pitch_yaw` calls up: "z" or "y"."""
+        """The world's up axis for `roll_pitch_yaw`: "z" or "y"."""
         return self._up
 
     @property
@@ -154,33 +154,34 @@ class CameraGeometry(DictSerializable):
 
     @property
     def roll_pitch_yaw(self) -> Floats:
-        """Roll, pitch and yaw [3] in degrees, as `from_pose` takes them; pitch lies in -90..90.
+        """Roll, pitch and yaw [3] in degrees, as in `from_pose`; pitch is in -90..90.
 
-        For a camera that looks straight up or down, roll is 0 and yaw holds the whole rotation.
+        For a camera that looks straight up or down, roll is 0 and yaw contains the whole rotation.
         """
         angles = np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
         return _fixed(angles, "raycam.Camera.from_pose(location, roll, pitch, yaw, ...)")
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
-        """The pixels [n, 2] of world points [n, 3], and True [n] for points in front of the camera.
+        """Returns the pixels [n, 2] of world points [n, 3], and True [n] for points in front of the camera.
 
-        A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0), the pixel is the intersection of
-        the image with the line through point and centre; at depth 0 it is not finite. With a lens, the bool is True if
-        the lens has an image of the point (a fisheye may have one of points behind it), and the pixel is NaN otherwise.
-        For a matrix with its centre at infinity, all points count as in front. With a rolling shutter, a point appears
-        on the line that is open when it shows the point, at the middle of that line's exposure; NaN without such a
-        line.
+        A single point [3] returns a pixel [2] and a bool. For a point behind the camera (depth < 0), the pixel is the
+        intersection of the image plane with the line through point and centre; at depth 0 it is not finite. With a
+        lens, the bool is True if the lens projects the point (a fisheye also projects some points behind it), and the
+        pixel is NaN otherwise. For a camera with its centre at infinity, all points count as in front. With a rolling
+        shutter, the pixel is on the line that shows the point at the middle of that line's exposure; NaN if there is
+        no such line.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
         return pixels.reshape((*array.shape[:-1], 2)), in_front.reshape(array.shape[:-1])[()]
 
     def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Origins and unit directions [n, 3] in the world of the rays through pixels [n, 2]: the inverse of `project`.
+        """Returns origins and unit directions [n, 3] in the world of rays through pixels [n, 2]: the inverse of
+        `project`.
 
-        A single pixel [2] gives two vectors [3]. Without `pixels`, the rays go through all pixel centres: [height,
-        width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the plane through
-        `location`. Rays go through the middle of the aperture, at the middle of the line's exposure.
+        A single pixel [2] returns two vectors [3]. Without `pixels`, the rays of all pixel centres are returned:
+        [height, width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the
+        plane through `location`. Rays pass through the centre of the aperture, at the middle of the line's exposure.
         """
         array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)
@@ -188,9 +189,9 @@ class CameraGeometry(DictSerializable):
         return origins.reshape(shape), directions.reshape(shape)
 
     def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
-        """True [n] for pixels [n, 2] with a ray: all pixels without a lens, those in the valid region with one.
+        """Returns True [n] for pixels [n, 2] with a ray: all pixels, or with a lens those inside its valid region.
 
-        A single pixel [2] gives a bool. Without `pixels`, all pixel centres are tested: [height, width].
+        A single pixel [2] returns a bool. Without `pixels`, all pixel centres are tested: [height, width].
         """
         return np.isfinite(self.rays(pixels)[1][..., 0])
 
@@ -204,7 +205,7 @@ class CameraGeometry(DictSerializable):
         return array
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """The same camera at another pose: camera_from_world [3, 3] and centre [3]. A camera's motion moves along."""
+        """Returns the camera at another pose, camera_from_world [3, 3] and centre [3]; its motion is moved with it."""
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
 

@@ -1,4 +1,4 @@
-"""Optics of a camera beside its matrix and lens: aperture, vignetting, shutter and motion."""
+"""A camera's aperture, vignetting, shutter and motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Readout = Literal["down", "up", "right", "left"]
 
 
 class Optics(CameraGeometry):
-    """Copies of a `Camera` with other optics. Ground truth uses the middle of the aperture and of the exposure."""
+    """Base class of `Camera` with its optics; ground truth uses the middle of the aperture and of the exposure."""
 
     __slots__ = ()
 
@@ -75,12 +75,13 @@ class Optics(CameraGeometry):
         blades: int = 0,
         rotation: float = 0.0,
     ) -> Self:
-        """The same camera with depth of field: a thin lens of a `radius`, or `focal_length` / (2 `f_number`).
+        """Returns the camera with depth of field: a thin lens of a `radius`, or `focal_length` / (2 `f_number`).
 
-        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; with lenses other than a
-        pinhole, "opencv" and "fov", `focus` is a distance. The aperture is round, or a polygon with `blades` sides,
-        rotated by `rotation` degrees from the camera's x towards its y. Only the colour is blurred, with more than one
-        sample per pixel; all other channels belong to the ray through the middle of the aperture.
+        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; for lens models other
+        than "opencv" and "fov", `focus` is the distance from the camera's centre. The aperture is round, or a polygon
+        with `blades` sides, rotated by `rotation` degrees from the camera's x towards its y. Only the colour is
+        blurred, with more than one sample per pixel; all other channels belong to the ray through the middle of the
+        aperture.
 
         Raises `CameraError` or `WorldError` for invalid numbers, and for parallel rays.
         """
@@ -90,7 +91,7 @@ class Optics(CameraGeometry):
         return self._changed(aperture=sizes | rest)
 
     def with_vignetting(self, *, cos4: bool = False, polynomial: npt.ArrayLike = ()) -> Self:
-        """The same camera with vignetting.
+        """Returns the camera with vignetting.
 
         The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, where r is the distance
         from the principal point in focal lengths, and by cos⁴ of the angle to the principal axis if `cos4`.
@@ -106,11 +107,12 @@ class Optics(CameraGeometry):
         readout: float = 0.0,
         direction: Readout = "down",
     ) -> Self:
-        """The same camera moving while its shutter is open: motion blur, and with a `readout` a rolling shutter.
+        """Returns the camera in motion while its shutter is open: motion blur, and with a `readout` a rolling
+        shutter.
 
         Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left")
         open one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the
-        picture is open from f readout to f readout + exposure. The camera moves from its own pose, when the first line
+        image is open from f readout to f readout + exposure. The camera moves from its own pose, when the first line
         opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
         are interpolated linearly, rotations along the shortest arc.
 
@@ -132,10 +134,10 @@ class Optics(CameraGeometry):
         return self.still()._changed(shutter=shutter)
 
     def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
-        """The same camera at rest with an open shutter: moving objects are blurred, or skewed by the `readout`.
+        """Returns the camera at rest with an open shutter: moving objects are blurred, or skewed by the `readout`.
 
         Times and lines are as in `moving`. The world moves during the exposure: the time of `World.at` is the middle,
-        (readout + exposure) / 2. `World.camera_at` adds the motion that the video gives the camera.
+        (readout + exposure) / 2. `World.camera_at` adds the camera's motion in the video.
         """
         shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
         return self.still()._changed(shutter={**shutter, "direction": direction})
@@ -145,7 +147,7 @@ class Optics(CameraGeometry):
         return {"K": self.K.tolist(), **pose}
 
     def still(self) -> Self:
-        """The same camera at rest, at the middle of its motion."""
+        """Returns the camera at rest, at the middle of its motion."""
         if self.shutter is None:
             return self
         return self._changed(shutter=None, **self._as_pose(_pose(self)))
@@ -157,7 +159,7 @@ def _moment(given: Any) -> tuple[float, Any]:
         time, camera = given
     except (TypeError, ValueError):
         raise CameraError(
-            f"a track is a list of (seconds, camera), not of {given!r}", code="wrong_type"
+            f"a track must be a list of (seconds, camera), got {given!r}", code="wrong_type"
         ) from None
     return time, camera
 

@@ -50,15 +50,17 @@ class Camera(Constructors, Copies):
     "cylindrical"                none; see `Camera.cylindrical`
     ============================ ==================================================================================
 
-    Coefficients of "opencv" and "division" that are all 0 mean no lens. A lens model is used around the principal axis
-    as far as the model is one-to-one, which may reach behind the camera; `valid` tells which pixels that are. Pixels
-    beyond have no ray (NaN) and show the background. Points beyond have no pixel (NaN) and are not visible.
+    Coefficients of "opencv" and "division" that are all 0 mean no lens. A lens model is valid in the region around
+    the principal axis in which it is one-to-one; this region may extend behind the camera. `valid` returns its
+    pixels. Pixels outside it have no ray (NaN) and show the background; points outside it have no pixel (NaN) and are
+    not visible.
 
     A matrix R that differs from a rotation by at most 1e-3 in an entry is converted to the nearest rotation, with a
     notice.
 
-    Raises `CameraError` if K has another form, R is not a rotation (with the deviation), a number is not finite, the
-    size is 0 or exceeds 65536 per side or 2^28 pixels, or the number of coefficients does not fit the lens.
+    Raises `CameraError` if K does not have this form, R is not a rotation (with the deviation), a number is not
+    finite, the size is 0 or exceeds 65536 per side or 2^28 pixels, or the lens model requires another number of
+    coefficients.
 
     Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; OpenCV's `calib3d` and `fisheye`
     (Kannala and Brandt 2006); COLMAP's `sensor/models.h`; Devernay and Faugeras 2001 (fov); Fitzgibbon 2001

@@ -11,6 +11,7 @@ from ..errors import SettingsError
 from .options.cameras import WORLD_ENDINGS, add_lens, add_size, load_calibration
 from .options.command import Command
 from .options.jobs import add_job, job_options, parse_shard
+from .options.lidars import mount_lidars
 from .options.messages import print_notices
 from .options.rendering import add_render_options, given_render_options
 from .options.rigs import add_rig, find_rig
@@ -38,8 +39,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--format",
         metavar="NAME",
         default="coco",
-        help="format: coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, "
-        "mot, hdf5, mcap, replicator, photos",
+        help="format: coco (default), bop, kitti, semantickitti, nuscenes, colmap, nerf, tum, scannet, webdataset, "
+        "yolo, panoptic, semantic, mot, hdf5, mcap, replicator, photos",
     )
     command.add_argument(
         "--cameras",
@@ -48,6 +49,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         "video, or the world's cameras)",
     )
     add_rig(command)
+    command.add_argument(
+        "--lidar",
+        metavar="NAME=DEVICE@X,Y,Z",
+        action="append",
+        default=[],
+        help="mount a lidar on the body of --rig: its name, a device or calibration file, and its position in metres "
+        "(x forward, y left, z up), as in LIDAR_TOP=vlp16@0,0,1.8; may be repeated",
+    )
     command.add_argument(
         "--poses",
         metavar="FILE",
@@ -105,6 +114,8 @@ def _run(options: argparse.Namespace) -> None:
 
     chosen = dict(_option(text) for text in options.option)
     shard = parse_shard(options)
+    if options.lidar and options.rig is None:
+        raise SettingsError("--lidar requires --rig NAME or FILE", code="missing_value")
     world = load_world(options) if options.sample is None else Recipe(options.world)
     cameras, times = _cameras(options) if options.rig is None else _rigs(world, options)
     times = _from_offset(times, options.time_offset)
@@ -183,6 +194,7 @@ def _rigs(
         raise SettingsError("--rig cannot be combined with --cameras and --sample", code="conflicting_values")
     rig = find_rig(world, options)
     assert rig is not None
+    rig = mount_lidars(rig, options.lidar)
     if options.poses is None:
         return rig, None
     # A trajectory has poses only, so any camera serves for the rest.
@@ -211,6 +223,7 @@ COMMAND = Command(
         "raycam dataset room.toml -o room --format kitti --cameras poses.txt --intrinsics camera.yaml",
         "raycam dataset table.recipe.toml --sample 10000 -o table --workers 8    randomised worlds",
         "raycam dataset car.toml -o drive --rig stereo --poses body.tum --format kitti",
+        "raycam dataset car.toml -o drive --rig car --lidar LIDAR_TOP=vlp16@0,0,1.8 --format nuscenes",
         "raycam dataset room.toml -o room --format yolo --option task=segment",
         "raycam dataset room.toml -o room --shard 3/16              one of sixteen machines",
         "raycam dataset room.toml -o room --format bop --samples 64 --integrator path",

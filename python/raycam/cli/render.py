@@ -304,7 +304,7 @@ def _by_job(
     save: Callable[[Frame], object],
     settings: Mapping[str, Any],
 ) -> Frame | None:
-    """Renders the picture in tiles and saves it; returns None if other shards still have tiles to render."""
+    """Renders the image in tiles and saves it; returns None if other shards still have tiles to render."""
     from ..jobs import tiled_picture
     from ..progress import frames_bar
 
@@ -313,7 +313,7 @@ def _by_job(
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
         return tiled_picture.render_tiled(
             package,
-            output.with_name(output.name + ".job"),  # holds the tiles until the picture is complete
+            output.with_name(output.name + ".job"),  # holds the tiles until the image is complete
             pool,
             shard=shard,
             resume=options.resume,

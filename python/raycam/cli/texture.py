@@ -30,6 +30,16 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
     )
     command.add_argument(
+        "--atlas",
+        metavar="NAME",
+        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
+    )
+    command.add_argument(
+        "--report",
+        metavar="HTML",
+        help="page with maps, each photograph's fit, and photographs next to the textured model",
+    )
+    command.add_argument(
         "--method",
         metavar="NAME",
         default="blend",
@@ -66,6 +76,7 @@ def _run(options: argparse.Namespace) -> None:
             options.photos,
             object=0 if options.object is None else options.object,
             size=options.texture_size,
+            atlas=options.atlas,
             method=options.method,
             exposure=options.exposure,
             show_unseen=options.show_unseen,
@@ -73,6 +84,8 @@ def _run(options: argparse.Namespace) -> None:
             threads=options.threads,
         )
         result.world.to_gltf(options.output)
+        if options.report is not None:
+            result.save_report(options.report)
     print_notices(notices)
     share = 100 * result.seen.sum() / result.covered.sum()
     print(f"{options.output}: {share:.3g} % of the texels are visible to {len(cameras)} photographs")
@@ -84,5 +97,6 @@ COMMAND = Command(
     [
         "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb",
         "raycam texture scan.glb --cameras sparse/0 --photos images -o textured.glb --texture-size 4096 --show-unseen",
+        "raycam texture scan.ply --cameras sparse/0 --photos images -o out.glb --atlas xatlas --report report.html",
     ],
 )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from .. import _core
-from ..errors import Notice, SettingsError
+from ..errors import NetworkError, Notice, SettingsError
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
 from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit
@@ -43,7 +43,7 @@ def connect(address: str, threads: int | None = None, tell: Callable[[Notice], o
 
     `tell` is called with a notice while the pool waits for workers.
 
-    Raises `SettingsError` for an invalid address and if Dask is not installed, and `OSError` if no scheduler answers.
+    Raises `SettingsError` for an invalid address and if Dask is not installed, `NetworkError` if no scheduler answers.
     """
     try:
         import distributed
@@ -68,7 +68,9 @@ def connect(address: str, threads: int | None = None, tell: Callable[[Notice], o
             distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False), threads, tell=tell
         )
     except OSError as fault:
-        raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
+        raise NetworkError(
+            f"no Dask scheduler answers at {address}: {fault}", code="cluster_unreachable"
+        ) from None
 
 
 def _local(address: str, count: int) -> Any:
@@ -131,8 +133,8 @@ class DaskPool:
         """Notices for the user."""
         if not _is_private(client.scheduler.address):
             message = (
-                f"{client.scheduler.address} is neither encrypted nor authenticated: whoever reaches it can run "
-                "programs on its workers; use tls:// or a network of your own"
+                f"{client.scheduler.address} is neither encrypted nor authenticated, so anyone who can connect "
+                "to it can run programs on its workers; use tls:// or a private network"
             )
             self.notices.append(Notice(message, "insecure_cluster"))
 
@@ -149,14 +151,17 @@ class DaskPool:
     def open(self, package: JobPackage, path: str) -> None:
         """Waits for a worker, probes all workers, and sends the package to those that do not see it.
 
-        Raises `OSError` if the scheduler goes away meanwhile.
+        Raises `NetworkError` if the scheduler stops meanwhile.
         """
         from .worker_registry import WorkerRegistry
 
         self._poll()
         while not self._workers:
             if self._client.status in ("closing", "closed"):
-                raise OSError(f"the Dask scheduler at {self._client.scheduler.address} has gone")
+                raise NetworkError(
+                    f"the Dask scheduler at {self._client.scheduler.address} has stopped",
+                    code="cluster_unreachable",
+                )
             time.sleep(POLL_INTERVAL)
             self._poll()
         self._registry = WorkerRegistry(self._client, package, path, self._report_unfit)
@@ -243,8 +248,8 @@ class DaskPool:
         if seconds >= self._next_report:
             self._next_report = 2 * seconds
             message = (
-                f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: "
-                f"waiting for one (dask worker {self._client.scheduler.address})"
+                f"the Dask scheduler {self._client.scheduler.address} has had no workers for {seconds:.0f} s; start "
+                f"one with: dask worker {self._client.scheduler.address}"
             )
             self._tell(Notice(message, "waiting_for_workers"))
 

@@ -99,7 +99,7 @@ class InProcessPool:
 
 
 class ExecutorPool:
-    """Renders on a `concurrent.futures.Executor`, or on those of a function that makes a new one after each failure."""
+    """Renders on a `concurrent.futures.Executor`, or on those that a function creates, again after each failure."""
 
     apart = True
     notices: tuple[Notice, ...] = ()

@@ -27,7 +27,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
     parent_ended = parent_watch()
 
     def send(pieces: Iterable[Piece]) -> bytes:
-        """Sends pieces as they are made, so that this process holds only one."""
+        """Sends each piece as soon as it exists, so that only one piece is in memory."""
         begins = True
         for piece in pieces:
             answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")

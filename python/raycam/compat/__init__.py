@@ -1,6 +1,6 @@
-"""Modules that stand in for those of other libraries, so that scripts run with one line changed.
+"""Replacements for modules of other libraries, so that scripts run with one changed line.
 
-`raycam.compat.trimesh` for `trimesh.ray` and `trimesh.proximity`, `raycam.compat.open3d` for `RaycastingScene`,
-`raycam.compat.pyrender` for pyrender, `raycam.compat.mujoco` for `mujoco.Renderer`. They use the public names of raycam
-alone, and import the other library only in `install()`.
+`raycam.compat.trimesh` replaces `trimesh.ray` and `trimesh.proximity`, `raycam.compat.open3d` replaces
+`RaycastingScene`, `raycam.compat.pyrender` pyrender, and `raycam.compat.mujoco` `mujoco.Renderer`. They use only
+raycam's public interface, and import the other library only in `install()`.
 """

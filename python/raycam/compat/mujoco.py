@@ -72,7 +72,7 @@ class Renderer:
         return self._size[0]
 
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
-        """Takes poses from `data`. `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
+        """Updates the poses from `data`; `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
 
         Only `scene_option.geomgroup` is used; the other options are ignored.
         """
@@ -125,10 +125,10 @@ class Renderer:
         return Camera.from_opengl(k, pose, self._size, pixel_center="half")
 
     def render(self, *, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
-        """Returns the image, written into `out` if given; raises `SettingsError` for an `out` of another shape."""
+        """Returns the image, written into `out` if given; raises `SettingsError` if `out` has a wrong shape."""
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            raise SettingsError("the renderer has no scene; call update_scene before render")
+            raise SettingsError("no scene to render; call update_scene before render")
         found = getattr(self, f"_{self._mode}")(camera)
         if out is None:
             return np.asarray(found)

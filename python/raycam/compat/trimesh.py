@@ -1,9 +1,9 @@
-"""Stand-in for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
+"""Replacement for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
 
-`RayMeshIntersector` has the methods, shapes and orders of the one over Embree. `install()` makes trimesh use it for
-every mesh made afterwards. Each crossing is found once, whatever the ray passes through, and a point is inside or
-outside the same in every call; bodies that overlap in one mesh are their union. A point on a surface belongs to one
-side of it: a box holds `low <= p < high`.
+`RayMeshIntersector` has the same methods, shapes and orders as trimesh's class for Embree. After `install()`, trimesh
+uses it for every new mesh. Each crossing is found exactly once, also at edges and corners, and inside tests are
+consistent between calls; overlapping bodies in one mesh count as their union. A point on a surface belongs to one
+side: a box contains `low <= p < high`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ Ids = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 MERGE_TOLERANCE = 1e-8
-"""Distance up to which trimesh takes a point to lie on the surface (`trimesh.constants.tol.merge`)."""
+"""Distance up to which trimesh treats a point as on the surface (`trimesh.constants.tol.merge`)."""
 
 
 def __getattr__(name: str) -> Any:
     """Raises `AttributeError` with the way on: of trimesh's names, those of rays and nearest points alone are here."""
     raise AttributeError(
-        f"{name} of trimesh is not in raycam.compat.trimesh, which has rays and nearest points alone: meshes stay with "
-        "trimesh, or raycam.load(path) reads them"
+        f"{name} of trimesh is not in raycam.compat.trimesh, which supports only rays and nearest points; "
+        "keep meshes in trimesh, or load them with raycam.load(path)"
     )
 
 
 class RayMeshIntersector:
     """Ray queries of one mesh: anything with `vertices` [n, 3] and `faces` [m, 3].
 
-    The mesh may change: its world is built again when its hash differs. `scale_to_box` is taken and not needed.
+    The mesh may change; its world is rebuilt when its hash differs. `scale_to_box` is accepted and has no effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -48,7 +48,7 @@ class RayMeshIntersector:
 
     @property
     def world(self) -> World:
-        """The world with the mesh as it is now; its only object, 0, has the mesh's faces in order."""
+        """The world with the current mesh; its only object, 0, has the mesh's faces in order."""
         key = _hash_of(self.mesh)
         if self._built is None or self._built[0] != key:
             self._built = (key, _world_of(self.mesh))
@@ -57,7 +57,9 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike, multiple_hits: bool = True
     ) -> tuple[Floats, Ids, Ids]:
-        """Hits of rays [n, 3]: locations [m, 3], the ray and the triangle of each, in the order of `intersects_id`."""
+        """Returns the hits of rays [n, 3]: locations [m, 3], and the ray and triangle of each, in the order of
+        `intersects_id`.
+        """
         triangle, ray, location = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=None
         )
@@ -71,11 +73,12 @@ class RayMeshIntersector:
         max_hits: int | None = 100,
         return_locations: bool = False,
     ) -> Any:
-        """Hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` their locations [m, 3].
+        """Returns the hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` locations
+        [m, 3].
 
-        All first hits come in the order of the rays, then all second ones. With `multiple_hits` surfaces are crossed
-        (`World.intersections`), at most `max_hits` a ray; without, the first closed triangle is hit
-        (`World.cast_rays`), also at the border of an open mesh.
+        The first hits of all rays are returned in the order of the rays, followed by all second hits, and so on. With
+        `multiple_hits`, hits are crossings (`World.intersections`), at most `max_hits` per ray. Without, a hit is the
+        first triangle including its edges (`World.cast_rays`), also at the border of an open mesh.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         fields = ["triangle", "position"] if return_locations else ["triangle"]
@@ -93,18 +96,18 @@ class RayMeshIntersector:
         return triangle, ray
 
     def intersects_first(self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike) -> Ids:
-        """The first triangle that each ray hits, int64 [n]; -1 for none."""
+        """Returns the first triangle that each ray hits, int64 [n]; -1 for a miss."""
         hits = self.world.cast_rays(*_rays(ray_origins, ray_directions), fields=["triangle"])
         return hits["triangle"].astype(np.int64)
 
     def intersects_any(
         self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike
     ) -> npt.NDArray[np.bool_]:
-        """True [n] for rays that hit the mesh."""
+        """Returns True [n] for rays that hit the mesh."""
         return self.world.occluded(*_rays(ray_origins, ray_directions))
 
     def contains_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """True [n] for points [n, 3] inside of the mesh, by the rules of `World.inside`."""
+        """Returns True [n] for points [n, 3] inside the mesh, by the rules of `World.inside`."""
         return self.world.inside(_points(points))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -121,64 +124,83 @@ class RayMeshIntersector:
 
 
 def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
-    """The closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
+    """Returns the closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
 
-    As `trimesh.proximity.closest_point`: of triangles at equal distance, the one that faces the point most is returned.
+    As in `trimesh.proximity.closest_point`, the triangle most directed towards the point is returned among triangles
+    at equal distance.
     """
     queries = _points(points)
     found = _world_for(mesh).closest_points(queries)
-    position, triangle = found["position"], found["triangle"].astype(np.int64)
-    return position, found["distance"], _choose_facing(mesh, queries - position, position, triangle)
+    position, distance = np.array(found["position"]), np.array(found["distance"])
+    triangle = found["triangle"].astype(np.int64)
+    corners = np.asarray(mesh.triangles, np.float64)
+    if len(corners) and len(triangle):
+        _choose_facing(corners, queries, position, distance, triangle)
+    return position, distance, triangle
 
 
-def _choose_facing(mesh: Any, away: Floats, position: Floats, triangle: Ids) -> Ids:
-    """Of all triangles that meet at each closest point, the one whose normal is closest to the direction `away`."""
-    corners = np.asarray(mesh.triangles, float)
-    if not len(corners) or not len(triangle):
-        return triangle
-    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    vertex = vertex.reshape(-1, 3)
+def _choose_facing(
+    corners: Floats, queries: Floats, position: Floats, distance: Floats, triangle: Ids
+) -> None:
+    """Replaces each closest triangle by the one that faces the query most among those at equal distance.
+
+    Looks at the triangles that share a corner with the closest one. Equal are triangles with the same closest point,
+    and those whose squared distance differs by less than trimesh's tolerance. Writes into the last three arrays.
+    """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0, lengths, 1)
-    # The corners of which a closest point is made: one at a vertex, two on an edge.
-    own = corners[triangle]
-    opposite = np.cross(
-        np.roll(own, -2, axis=1) - np.roll(own, -1, axis=1), position[:, None] - np.roll(own, -1, axis=1)
-    )
-    shares = np.einsum("nki,ni->nk", opposite, normals[triangle])
-    shares = shares / np.where(lengths[triangle] > 0, lengths[triangle], 1)
-    tied = np.flatnonzero((shares < MERGE_TOLERANCE).any(axis=1))
-    if not len(tied):
-        return triangle
-    faces_of = np.argsort(vertex.ravel(), kind="stable")
+    away = queries - position
+    # A triangle that faces its query fully cannot be beaten.
+    facing = np.einsum("ni,ni->n", normals[triangle], away)
+    doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
+    query, candidate = _triangles_around(corners, triangle[doubtful])
+    query = doubtful[query]
+    # The distance to a triangle's plane is at most that to the triangle.
+    plane = np.abs(np.einsum("ni,ni->n", normals[candidate], queries[query] - corners[candidate, 0]))
+    near = plane <= distance[query] + np.sqrt(MERGE_TOLERANCE)
+    query, candidate = query[near], candidate[near]
+    closest_point_of = importlib.import_module("trimesh.triangles").closest_point
+    place = closest_point_of(corners[candidate], queries[query]) if len(query) else np.zeros((0, 3))
+    towards = queries[query] - place
+    squared = np.einsum("ni,ni->n", towards, towards)
+    least = distance[query] ** 2
+    same = np.linalg.norm(place - position[query], axis=1) <= 1e-9 * np.ptp(corners)
+    close = (np.abs(squared - least) < MERGE_TOLERANCE) & (np.minimum(squared, least) > MERGE_TOLERANCE)
+    is_tied = same | close
+    query, candidate, place, same = query[is_tied], candidate[is_tied], place[is_tied], same[is_tied]
+    towards, squared = towards[is_tied], squared[is_tied]
+    lengths = np.sqrt(np.where(squared > 0, squared, 1))
+    facing = np.einsum("ni,ni->n", normals[candidate], towards) / lengths
+    # The largest first, and the found triangle first among equal ones.
+    is_found = candidate == triangle[query]
+    order = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
+    first = order[np.unique(query[order], return_index=True)[1]]
+    triangle[query[first]] = candidate[first]
+    moved = first[~same[first]]
+    position[query[moved]], distance[query[moved]] = place[moved], np.sqrt(squared[moved])
+
+
+def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
+    """All pairs of a place in `triangles` and a triangle that shares a corner with the one there, or is the same."""
+    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertex = vertex.reshape(-1, 3)
+    by_vertex = np.argsort(vertex.ravel(), kind="stable")
     counts = np.bincount(vertex.ravel())
     starts = np.cumsum(counts) - counts
-    order = np.argsort(shares[tied], axis=1)
-    main = vertex[triangle[tied], order[:, 2]]
-    second = np.where(
-        np.take_along_axis(shares[tied], order[:, 1:2], axis=1)[:, 0] < MERGE_TOLERANCE,
-        main,
-        vertex[triangle[tied], order[:, 1]],
-    )
-    count = counts[main]
-    query = np.repeat(np.arange(len(tied)), count)
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    candidate = faces_of[starts[main][query] + place] // 3
-    meets = (vertex[candidate] == second[query, None]).any(axis=1)
-    query, candidate = query[meets], candidate[meets]
-    facing = np.einsum("ni,ni->n", normals[candidate], away[tied][query])
-    # The largest first, and the found triangle first among equal ones.
-    is_found = candidate == triangle[tied][query]
-    best = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
-    first = best[np.unique(query[best], return_index=True)[1]]
-    chosen = triangle.copy()
-    chosen[tied[query[first]]] = candidate[first]
-    return chosen
+    chosen = vertex[triangles].ravel()
+    count = counts[chosen]
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    place = np.repeat(np.repeat(np.arange(len(triangles)), 3), count)
+    neighbour = by_vertex[np.repeat(starts[chosen], count) + within] // 3
+    pairs = np.unique(place * len(corners) + neighbour)
+    return pairs // len(corners), pairs % len(corners)
 
 
 def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:
-    """Distances [n] of `points` [n, 3] from a mesh, **positive inside**, as `trimesh.proximity.signed_distance`."""
+    """Returns distances [n] of `points` [n, 3] from a mesh, **positive inside**, as in
+    `trimesh.proximity.signed_distance`.
+    """
     distance = _world_for(mesh).signed_distance(_points(points))
     return np.where(np.abs(distance) <= MERGE_TOLERANCE, np.abs(distance), -distance)
 
@@ -187,10 +209,11 @@ _originals: dict[str, Any] = {}
 
 
 def install(nearest: bool = False) -> None:
-    """Makes trimesh use raycam for rays of every mesh that is made from now on, copies and submeshes too.
+    """Makes trimesh use raycam for the rays of every mesh created from now on, including copies and submeshes.
 
-    `trimesh.ray.ray_pyembree` becomes this module. Meshes made with `use_embree=False` keep the engine of NumPy. With
-    `nearest`, `trimesh.proximity.closest_point` and `signed_distance` are replaced as well, which `mesh.nearest` calls.
+    `trimesh.ray.ray_pyembree` is replaced by this module. Meshes created with `use_embree=False` keep trimesh's NumPy
+    engine. With `nearest`, `trimesh.proximity.closest_point` and `signed_distance`, which `mesh.nearest` calls, are
+    also replaced.
     """
     ray = importlib.import_module("trimesh.ray")
     if not _originals:
@@ -212,7 +235,7 @@ def install(nearest: bool = False) -> None:
 
 
 def uninstall() -> None:
-    """Undoes `install`; meshes made meanwhile keep their `mesh.ray`."""
+    """Undoes `install`; meshes created in the meantime keep their `mesh.ray`."""
     if not _originals:
         return
     ray = importlib.import_module("trimesh.ray")

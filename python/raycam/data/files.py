@@ -1,4 +1,4 @@
-"""Bundled data, to try things out on: it comes with the package and needs no download.
+"""Bundled data to try raycam with: it is part of the package and needs no download.
 
 world = raycam.data.spot()
 raycam.render(world).save("spot.png")
@@ -29,41 +29,44 @@ NAMES = (
     "sky.hdr",
     "CREDITS.md",
 )
-"""The files, by their names from the folder of the data. CREDITS.md has their authors and licences."""
+"""The files, by their names in the data folder. CREDITS.md lists their authors and licences."""
 
 
 def spot() -> World:
-    """The world of the documentation: Spot, a cow by Keenan Crane (CC0), among solids on a floor, z up, with a camera.
+    """Returns the documentation's world: Spot, a cow by Keenan Crane (CC0), and solids on a floor, z up, with a
+    camera.
 
-    A new world at each call, to be changed at will.
+    Each call returns a new world, which may be changed.
     """
     return load(path("spot.toml"))
 
 
 def camera() -> Camera:
-    """A camera of 640 x 480 pixels with a lens of OpenCV's model that looks at Spot: the calibration `camera.yaml`."""
+    """Returns the camera of `camera.yaml`: 640 x 480 pixels, with the lens model "opencv", pointed at Spot."""
     return next(iter(load_cameras(path("camera.yaml")).values()))
 
 
 def fisheye() -> Camera:
-    """A fisheye camera of 640 x 480 pixels that looks at Spot: the calibration `fisheye.yaml`."""
+    """Returns the camera of `fisheye.yaml`: 640 x 480 pixels, with the lens model "fisheye", pointed at Spot."""
     return next(iter(load_cameras(path("fisheye.yaml")).values()))
 
 
 def sky() -> Path:
-    """The path of `sky.hdr`, 256 x 128 pixels: a clear afternoon over level ground, for lights of type environment."""
+    """Returns the path of `sky.hdr`, 256 x 128 pixels: a clear afternoon over level ground, for environment lights."""
     return path("sky.hdr")
 
 
 def path(name: str = "spot/cow.obj") -> Path:
-    """The path of a bundled file, one of `NAMES`; raises `SettingsError` with the nearest name for another."""
+    """Returns the path of a bundled file, one of `NAMES`; raises `SettingsError` for other names, with the nearest
+    one.
+    """
     if name not in NAMES:
         raise SettingsError(nearest("file of raycam.data", name, list(NAMES)), code="unknown_name")
     return Path(str(resources.files("raycam") / "assets")) / name
 
 
 def bundled(name: str | os.PathLike[str]) -> Path | None:
-    """The bundled file that a name means where no such file is: "spot.toml" or "spot/cow.obj"; None for others."""
+    """Returns the bundled file for a name such as "spot.toml", unless such a file exists; None for other names."""
     given = os.fspath(name)
     if os.path.exists(given) or given not in NAMES:
         return None

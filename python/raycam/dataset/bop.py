@@ -22,7 +22,7 @@ __all__ = ["FORMAT"]
 
 OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None, "model_ids": None}
 SEEN = 0.1
-"""The minimum visible fraction of an object that the BOP evaluation counts."""
+"""Minimum visible fraction of an object in the BOP evaluation."""
 
 
 def check(plan: Plan) -> None:
@@ -30,7 +30,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}",
+                f"camera {number} has a lens ({view.camera.model}), but BOP supports only pinhole cameras: {NO_LENSES}",
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
@@ -55,7 +55,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
+    """Makes colour, depth and masks of an image, and its rows of scene_camera, scene_gt and scene_gt_info."""
     world, number = in_world(plan, number)
     shot = scene(plan, world).shot(number)
     own = models(shot.plan)
@@ -103,7 +103,8 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def box(pixels: Region | None) -> list[int]:
-    """A box of scene_gt_info.json, with its size from the centre of the first pixel to the last one's; -1s for none.
+    """Returns a box of scene_gt_info.json; its size is the distance between the first and last pixel centres; -1 if
+    empty.
 
     Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
     """
@@ -114,7 +115,7 @@ def box(pixels: Region | None) -> list[int]:
 
 
 def annotation(item: Label, model: int) -> Record:
-    """One object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the picture."""
+    """Returns an object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the image."""
     x, y, width, height = item.amodal_box
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + width, item.size[0]), min(y + height, item.size[1])
@@ -132,7 +133,7 @@ def annotation(item: Label, model: int) -> Record:
 
 
 def pose(shot: Shot, item: Label, model: int) -> Record:
-    """The pose model_to_camera: the rotation of the object's box, and the origin of its mesh."""
+    """Returns the pose model_to_camera: the rotation of the object's box, and the origin of its mesh."""
     camera, origin = shot.camera, shot.world.objects[item.object].matrix[:3, 3]
     return {
         "cam_R_m2c": product(camera.R, item.box3d.rotation).ravel().tolist(),
@@ -142,7 +143,7 @@ def pose(shot: Shot, item: Label, model: int) -> Record:
 
 
 def base_of(plan: Plan, world: int) -> str:
-    """The folder of a world's scene."""
+    """Returns the folder of a world's scene."""
     return f"{plan.options['split']}/{int(plan.options['scene']) + world:06d}"
 
 
@@ -177,7 +178,7 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
 
 
 def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
-    """Iterates over the text of a JSON object with a row per picture; models have their ids in the data set."""
+    """Iterates over the text of a JSON object with a row per image; models have their ids in the data set."""
     yield b"{"
     for number, record in enumerate(records()):
         row = record[key]
@@ -190,7 +191,8 @@ def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, in
 def coco_rows(
     records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int], modal: bool
 ) -> Iterator[bytes]:
-    """The scene in COCO's format, with boxes around the visible part (`modal`) or the whole object in the picture.
+    """Iterates over the text of the scene in COCO's format, with boxes around the visible part (`modal`) or the whole
+    object.
 
     Source: the BOP toolkit's scripts/calc_gt_coco.py.
     """
@@ -216,7 +218,7 @@ def coco_rows(
 
 
 def camera_json(camera: Camera) -> Record:
-    """The contents of camera.json: the first camera. The cameras of all pictures are in scene_camera.json."""
+    """Returns the contents of camera.json, the first camera; scene_camera.json contains the cameras of all images."""
     k = k_with_integer_centers(camera)
     width, height = camera.size
     return {

@@ -20,11 +20,11 @@ __all__ = ["MILLIMETRES", "ModelCatalogue", "models"]
 
 MILLIMETRES = 1000.0
 MAX_EXACT_VERTICES = 20_000
-"""Vertices up to which a model's diameter is exact."""
+"""Number of vertices up to which a model's diameter is exact."""
 MAX_PAIRS = 32_768
-"""Pairs of vertices that are compared at a time, which bounds the memory."""
+"""Number of vertex pairs compared at a time, which limits the memory."""
 SHAPE_TOLERANCE = 1e-7
-"""Tolerance for equal shapes, as a fraction of their size: vertices come back from world space."""
+"""Tolerance for equal shapes, as a fraction of their size, because vertices are converted from world space."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Shape:
     """Moments and three vertices of the shape, divided by its size."""
 
     def equals(self, other: Shape) -> bool:
-        """True if both are the same shape of the same size, up to rounding."""
+        """Returns True if both have the same shape and size, up to rounding."""
         return (
             self.triangles == other.triangles
             and abs(self.size / other.size - 1) <= SHAPE_TOLERANCE
@@ -77,7 +77,7 @@ class Models:
         return len(self.shapes) - 1
 
     def record_of(self, plan: Plan, number: int) -> Record:
-        """The part of a view's record that identifies the model of an object, plain JSON."""
+        """Returns the part of a view's record that identifies an object's model, as plain JSON."""
         model = self.of_object[number]
         shape, item = self.shapes[model], plan.objects[number]
         return {
@@ -92,7 +92,7 @@ _models: WeakKeyDictionary[Plan, Models] = WeakKeyDictionary()
 
 
 def models(plan: Plan) -> Models:
-    """The models of a plan, computed once."""
+    """Returns a plan's models, which are computed once."""
     if plan not in _models:
         _models[plan] = Models(plan)
     return _models[plan]
@@ -118,8 +118,8 @@ class Model:
 class ModelCatalogue:
     """The models of all worlds of a data set, each shape once, with ids that do not depend on the order of objects.
 
-    The id of a model is, in this order: the id that the option `model_ids` gives to its category or object; the number
-    of its category, if the category is a whole number; a free id from 1, by category and size.
+    A model's id is the first of these that exists: the id of its category or object in the option `model_ids`; its
+    category, if that is a whole number; an unused id from 1, in the order of category and size.
     """
 
     def __init__(self, plan: Plan, records: Iterable[Record]) -> None:
@@ -210,7 +210,7 @@ def _order_of(model: Model) -> tuple[Any, ...]:
 
 
 def scene(plan: Plan, world: int) -> Plan:
-    """The part of the plan with the views of one world."""
+    """Returns the part of the plan with the views of one world."""
     return plan if plan.recipe is None else part(plan, world)
 
 
@@ -238,17 +238,17 @@ def measure_shape(plan: Plan, number: int) -> Shape:
 
 
 def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
-    """The distinct vertices of an object in model space, in millimetres, and its triangles."""
+    """Returns the distinct vertices of an object in model space, in millimetres, and its triangles."""
     corners = plan.world.triangles(number).reshape(-1, 3)
     vertices, triangles = np.unique(corners, axis=0, return_inverse=True)
     return to_model_space(plan, number, vertices), triangles.reshape(-1, 3)
 
 
 def diameter(vertices: Floats) -> float:
-    """The largest distance between two vertices; vertices too near to the middle are skipped.
+    """Returns the largest distance between two vertices; vertices too near to the centre are skipped.
 
-    The result is exact unless more than `MAX_EXACT_VERTICES` candidates are left, as on a fine sphere. Then it is the
-    largest extent along 4096 directions.
+    The result is exact unless more than `MAX_EXACT_VERTICES` candidates remain, for example on a finely tessellated
+    sphere. It is then the largest extent along 4096 directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = lengths(vertices - center)
@@ -269,7 +269,7 @@ def diameter(vertices: Floats) -> float:
 
 
 def ply(vertices: Floats, triangles: Any) -> list[bytes]:
-    """The pieces of a binary PLY file."""
+    """Returns the pieces of a binary PLY file."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"

@@ -28,13 +28,13 @@ def check(plan: Plan) -> None:
     for name, points in plan.options["keypoints"].items():
         if name not in plan.categories.values():
             raise SettingsError(
-                f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}",
+                f"keypoints: unknown category {name!r}, only {list(plan.categories.values())}",
                 code="unknown_name",
             )
         wanted = {"names", "points"}
         if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton", "triangles"}):
             raise SettingsError(
-                f'keypoints of {name!r}: expected "names", "points" and perhaps "triangles", "skeleton"',
+                f'keypoints of {name!r}: expected the keys "names", "points" and optionally "triangles", "skeleton"',
                 code="wrong_shape",
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
@@ -44,12 +44,12 @@ def check(plan: Plan) -> None:
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one of triangles for each of the names", code="wrong_shape"
+                f"keypoints of {name!r}: expected one triangle for each of the names", code="wrong_shape"
             )
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its annotations without ids."""
+    """Makes an image, and its annotations without ids."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     width, height = shot.camera.size
@@ -67,9 +67,10 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def camera_of(shot: Shot) -> Record:
-    """The keys of raycam in a row of `images`: name of the camera, K in pixels, lens, and pose camera_from_world.
+    """Returns raycam's own keys of a row of `images`: the camera's name, K in pixels, lens, and pose
+    camera_from_world.
 
-    K is of the camera's own `pixel_center`. A camera with parallel rays has its matrix P alone.
+    K uses the camera's own `pixel_center`. A camera with parallel rays has only its matrix P.
     """
     camera, view = shot.camera, shot.view
     found: Record = {"camera": view.label or view.name, "pixel_center": camera.pixel_center}
@@ -90,7 +91,7 @@ def camera_of(shot: Shot) -> Record:
 
 
 def annotation(shot: Shot, item: Label) -> Record:
-    """One annotation of COCO, with two keys of raycam: `amodal_bbox` and `visible_fraction`."""
+    """Returns a COCO annotation, with two additional keys: `amodal_bbox` and `visible_fraction`."""
     plan = shot.plan
     found: Record = {
         "category_id": shot.category(item.object),
@@ -123,7 +124,7 @@ def annotation(shot: Shot, item: Label) -> Record:
 
 
 def segmentation(item: Label, kind: str) -> Any:
-    """The visible mask as compressed run lengths of the whole picture, or as polygons around its pixels."""
+    """Returns the visible mask as compressed run lengths of the whole image, or as polygons around its pixels."""
     if kind == "rle":
         mask = item.in_picture(item.visible_mask)
         return {"size": list(mask.shape), "counts": _core.mask_runs(mask)}
@@ -134,12 +135,12 @@ def segmentation(item: Label, kind: str) -> Any:
 
 
 def polygons(mask: Bools) -> list[list[list[int]]]:
-    """Polygons along pixel edges that enclose a mask."""
+    """Returns polygons along pixel edges that enclose a mask."""
     return _core.mask_polygons(np.ascontiguousarray(mask))
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the annotation file of all pictures in pieces, so that memory does not grow."""
+    """Makes the annotation file of all images in pieces, so that memory does not grow."""
     yield "annotations/instances.json", parts(plan, records)
 
 
@@ -161,7 +162,7 @@ def parts(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes
 
 
 def category(plan: Plan, number: int) -> Record:
-    """A category, with its keypoints, if any."""
+    """Returns a category, with its keypoints, if any."""
     name = plan.categories[number]
     found: Record = {"id": number, "name": name, "supercategory": ""}
     points = plan.options["keypoints"].get(name)

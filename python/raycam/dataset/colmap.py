@@ -25,7 +25,7 @@ __all__ = ["FORMAT"]
 
 OPTIONS = {"points": 10_000}
 BATCH = 1024
-"""Points that are projected at a time."""
+"""Number of points projected at a time."""
 FRONT = 1e-12
 """Minimum depth in metres, slightly more than COLMAP requires."""
 
@@ -47,19 +47,21 @@ def check(plan: Plan) -> None:
 
 
 def model(camera: Camera) -> str:
-    """The line of a camera in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
+    """Returns a camera's line in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
     name, numbers = camera.colmap
     width, height = camera.size
     return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
 def image_name(plan: Plan, number: int) -> str:
-    """The name of a picture: that of the source's image, with _ for spaces, which COLMAP's text has between fields."""
+    """Returns an image's name: that of the source image, with _ for spaces, which separate fields in COLMAP's text
+    files.
+    """
     return "_".join(plan.picture_name(number).split()) + ".png"
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its part of the points: random pixels that show a surface, with their base colours."""
+    """Makes an image, and its part of the points: random pixels that show a surface, with their base colours."""
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
     rows, columns = np.nonzero(in_front(shot.camera, frame["position"]))
@@ -75,13 +77,15 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
-    """True for points [..., 3] in front of the camera's plane, which COLMAP requires of any lens; False for NaN."""
+    """Returns True for points [..., 3] in front of the camera's plane, as COLMAP requires for any lens; False for
+    NaN.
+    """
     found: npt.NDArray[np.bool_] = product(points - camera.C, camera.R[2]) > FRONT
     return found
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the model files; every point is projected into every view, and observed if visible and not moved."""
+    """Makes the model files; a point is observed in every view in which it is visible and has not moved."""
     known: dict[tuple[str, str], int] = {}
     ids = []
     for view in plan.shots:  # cameras are distinguished by intrinsics, and by their mount on a rig
@@ -122,7 +126,7 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
 
 
 def points3d(points: Floats, colors: npt.NDArray[np.uint8], tracks: Tracks) -> Iterator[bytes]:
-    """Iterates over the lines of points3D.txt: points, and the pictures that show them."""
+    """Iterates over the lines of points3D.txt: points, and the images that show them."""
     yield b"# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
     for number, (point, (r, g, b), track) in enumerate(zip(points, colors, tracks, strict=True), 1):
         text = " ".join(f"{picture + 1} {place}" for picture, place in zip(*track, strict=True))

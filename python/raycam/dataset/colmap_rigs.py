@@ -1,4 +1,4 @@
-"""COLMAP's `rigs.txt` and `frames.txt`: rigs, and the pictures that belong to each pose of a rig.
+"""COLMAP's `rigs.txt` and `frames.txt`: rigs, and the images that belong to each pose of a rig.
 
 Source: COLMAP's documentation, "Rig Support" and "Output Format".
 """
@@ -32,7 +32,8 @@ def check(plan: Plan) -> None:
             apart, now = product(base.R, camera.C - base.C), product(first.R, view.camera.C - first.C)
             if not (np.allclose(before, here, atol=1e-9) and np.allclose(apart, now, atol=1e-9)):
                 raise CameraError(
-                    f"camera {name!r} stands at {now} of its rig, and at another pose at {apart}: expected one rig",
+                    f"camera {name!r} stands at {now} of its rig, but at another pose of the rig at {apart}: "
+                    "expected one rig",
                     code="unsupported_camera",
                 )
 

@@ -1,4 +1,4 @@
-"""Tracks of a COLMAP model on disk: written picture by picture, read back point by point."""
+"""Tracks of a COLMAP model on disk, which are written image by image and read point by point."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..arguments import Bools
 __all__ = ["Tracks"]
 
 CELLS = 1 << 16
-"""Limit of points times pictures in memory."""
+"""Maximum number of points times images in memory."""
 PART = 1 << 16
-"""Bytes of the file that are read at a time, at least the row of one picture."""
+"""Bytes of the file that are read at a time, at least the row of one image."""
 
 Ints = npt.NDArray[np.integer]
 
 
 class Tracks:
-    """The observations of points in pictures, one bit for each, in a file because their number is unbounded."""
+    """The observations of points in images, one bit for each, in a file because their number is unbounded."""
 
     def __init__(self, points: int, file: IO[bytes]) -> None:
         self._points = points
@@ -30,12 +30,12 @@ class Tracks:
         self._file = file
 
     def add(self, visible: Bools) -> None:
-        """Adds the next picture, with True [n] for the points that it shows."""
+        """Adds the next image, with True [n] for the points that it shows."""
         self._file.write(np.packbits(visible).tobytes())
         self._pictures += 1
 
     def __iter__(self) -> Iterator[tuple[Ints, Ints]]:
-        """Iterates over the points: the pictures that show a point, and its index in each of them, both from 0."""
+        """Iterates over the points: the images that show a point, and its index in each of them, both from 0."""
         step = max(1, CELLS // (8 * self._pictures))
         before = np.zeros((self._pictures, 1), np.int32)
         for first in range(0, self._width, step):
@@ -47,7 +47,7 @@ class Tracks:
             before = after[:, -1:]
 
     def _columns(self, columns: slice) -> npt.NDArray[np.uint8]:
-        """A range of bytes from the row of each picture."""
+        """A range of bytes from the row of each image."""
         self._file.seek(0)
         size = max(PART // self._width, 1) * self._width
         parts = iter(lambda: self._file.read(size), b"")

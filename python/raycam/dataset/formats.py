@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import bop, coco, colmap, kitti, nerf, photographs, rgbd, semantickitti, web
+from . import bop, coco, colmap, kitti, nerf, nuscenes, photographs, rgbd, semantickitti, web
 from .training import hdf5, mcap, mot, panoptic, replicator, semantic, yolo
 
 __all__ = ["FORMATS"]
@@ -12,6 +12,7 @@ FORMATS = {
     "bop": bop.FORMAT,
     "kitti": kitti.FORMAT,
     "semantickitti": semantickitti.FORMAT,
+    "nuscenes": nuscenes.FORMAT,
     "colmap": colmap.FORMAT,
     "nerf": nerf.FORMAT,
     "tum": rgbd.TUM,

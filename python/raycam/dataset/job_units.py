@@ -1,4 +1,4 @@
-"""A data set as a job: its package, and the maker of its units."""
+"""A data set as a job: its package, and the function that makes its units of work."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """The name of the file with a unit's record, from which the index files are made."""
+    """Returns the name of the file with a unit's record, from which the index files are made."""
     return f".raycam-dataset/{unit:06d}.json"
 
 
 def job_package(format: str, plan: Plan) -> JobPackage:
-    """The package of a data set: world, cameras and options.
+    """Returns the package of a data set: world, cameras and options.
 
-    For a recipe, the package has the SHA-256 of the recipe's files, which every worker reads from their folder.
+    For a recipe, the package contains the SHA-256 of the recipe's files, which every worker reads from their folder.
     """
     recipe = plan.recipe
     settings = {
@@ -84,7 +84,7 @@ def job_package(format: str, plan: Plan) -> JobPackage:
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """The frame maker of the kind "dataset": the files of a unit, and its record."""
+    """Returns the frame maker of the kind "dataset", which makes the files of a unit and its record."""
     return _maker(FORMATS[settings["format"]], _plan(world, settings, threads))
 
 
@@ -133,7 +133,7 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
         raise JobError(
-            f"{settings['folder']}: {', '.join(changed)}: not as it was when the job began",
+            f"{settings['folder']}: {', '.join(changed)} changed since the job began",
             code="changed_input",
         )
     pairs = list(zip(cameras, settings["names"], strict=True))
@@ -146,7 +146,7 @@ def _with(world: World, cameras: list[Any]) -> World:
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
         raise JobError(
-            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are for the views",
+            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are reserved for views",
             code="duplicate_name",
         )
     return world.with_cameras({f"{PREFIX}-{number:06d}": camera for number, camera in enumerate(cameras)})
@@ -156,4 +156,4 @@ def _plain(value: Any) -> Any:
     """Converts NumPy's numbers and arrays for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"{value!r} is no number, text, list or table")
+    raise TypeError(f"{value!r} is not a number, string, list or table")

@@ -24,10 +24,11 @@ __all__ = ["FORMAT"]
 
 OPTIONS = {"baseline": None, "flow": False}
 MAX_U16 = 65535 / 256
-"""The greatest depth in metres, and disparity in pixels."""
+"""Maximum depth in metres, and maximum disparity in pixels."""
 CLEAR, PARTLY = 0.95, 0.5
-"""Thresholds of the visible fraction of an object's part in the picture: above the first fully visible (0), above the
-second partly occluded (1), else largely occluded (2)."""
+"""Thresholds of the visible fraction of an object's part in the image: above the first, the object is fully visible
+(0), above the second partly occluded (1), otherwise largely occluded (2).
+"""
 
 
 def check(plan: Plan) -> None:
@@ -45,7 +46,8 @@ def check(plan: Plan) -> None:
         )
     if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
         raise SettingsError(
-            "rigs and single cameras together: KITTI's pictures are all of pairs, or none is",
+            "rigs and single cameras cannot be combined, because KITTI's images are either all stereo pairs "
+            "or all single",
             code="conflicting_values",
         )
     for frame in plan.rigs:
@@ -65,20 +67,20 @@ def check(plan: Plan) -> None:
             check_rectified(view.camera, shifted_camera(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError(
-            "flow goes from each view to the next of the same world: not with a recipe",
+            "flow connects consecutive views of one world and cannot be used with a recipe",
             code="conflicting_values",
         )
     if plan.options["flow"] and units(plan) < 2:
-        raise SettingsError("flow goes from each view to the next: there is only one", code="missing_value")
+        raise SettingsError("flow requires at least two views", code="missing_value")
 
 
 def units(plan: Plan) -> int:
-    """The number of pictures of the left camera."""
+    """Returns the number of images of the left camera."""
     return len(plan.rigs) or len(plan.shots)
 
 
 def left_camera(plan: Plan, number: int) -> Shot:
-    """The shot of the left camera, the first one of a rig."""
+    """Returns the shot of the left camera, which is the first camera of a rig."""
     return plan.shot(plan.rigs[number][0] if plan.rigs else number)
 
 
@@ -121,7 +123,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
-    """The camera to the right of the shot's: the rig's second camera, or the camera shifted by the baseline."""
+    """Returns the right camera: the rig's second camera, or the shot's camera shifted by the baseline; None without
+    either.
+    """
     if plan.rigs:
         return plan.shots[plan.rigs[number][1]].camera
     baseline = plan.options["baseline"]
@@ -129,12 +133,12 @@ def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
 
 
 def shifted_camera(camera: Camera, baseline: float) -> Camera:
-    """The same camera, shifted to the right by `baseline` metres."""
+    """Returns the camera shifted to the right by `baseline` metres."""
     return camera.at_pose(camera.R, camera.C + baseline * camera.R[0])
 
 
 def line(shot: Shot, item: Label) -> str:
-    """One line of label_2, with the bounding box that is rotated about the camera's y axis alone."""
+    """Returns one line of label_2, with a bounding box that is rotated only about the camera's y axis."""
     height, width, length, location, turn = upright_box(
         shot.camera, item.box3d.corners, item.box3d.rotation, shot.world.up
     )
@@ -157,7 +161,7 @@ def line(shot: Shot, item: Label) -> str:
 def upright_box(
     camera: Camera, corners: Floats, rotation: Floats, up: str
 ) -> tuple[float, float, float, Floats, float]:
-    """Height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
+    """Returns height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
 
     The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
     the box is the smallest one around the object's own box.
@@ -174,14 +178,14 @@ def upright_box(
 
 
 def wrapped(angle: float) -> float:
-    """The angle, wrapped to [-pi, pi)."""
+    """Returns the angle wrapped to [-pi, pi)."""
     return float((angle + math.pi) % (2 * math.pi) - math.pi)
 
 
 def calibration(camera: Camera, other: Camera | None) -> str:
-    """The calibration file of a picture, in the axes of the left colour camera; there is no scanner.
+    """Returns an image's calibration file, in the axes of the left colour camera, without a laser scanner.
 
-    P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right one, whose principal point may be another.
+    P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right one, whose principal point may differ.
     """
     k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])
@@ -203,20 +207,22 @@ def calibration(camera: Camera, other: Camera | None) -> str:
 
 
 def loss_of(what: str, values: Floats) -> Record:
-    """The count of finite values that `fixed_point_u16` makes 0."""
+    """Returns the number of finite values that `fixed_point_u16` converts to 0."""
     seen = np.isfinite(values)
     return lost(what, seen & (fixed_point_u16(values) == 0), seen)
 
 
 def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
-    """Values times 256 as uint16; 0 (unknown) for values out of range."""
+    """Returns values times 256 as uint16; 0 (unknown) for values out of range."""
     with np.errstate(invalid="ignore"):
         scaled = np.rint(values * 256.0)
         return np.where((scaled >= 1) & (scaled <= 65535), scaled, 0).astype(np.uint16)
 
 
 def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """The disparity maps: of all surfaces, and of the surfaces that both cameras see; and the loss."""
+    """Returns disparity maps of all surfaces and of the surfaces that are visible in both cameras, and the record of
+    losses.
+    """
     found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
     exact = found["disparity"].astype(np.float64)
     values = fixed_point_u16(exact)
@@ -229,7 +235,7 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """The flow maps to the next image, of all surfaces and of those that it shows; and the loss."""
+    """Returns flow maps to the next image, of all surfaces and of those visible in it, and the record of losses."""
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
     every = flow16(found["flow"], np.ones_like(both))
@@ -242,7 +248,7 @@ def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, 
 
 
 def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:
-    """The encoded flow: u and v in pixels times 64 plus 2^15, and 1 for valid; flow beyond 512 pixels is invalid."""
+    """Encodes flow: u and v in pixels times 64 plus 2^15, and 1 for valid; flow beyond 512 pixels is invalid."""
     with np.errstate(invalid="ignore"):
         scaled = np.rint(moved.astype(np.float64) * 64.0) + 32768.0
         valid = wanted & ((scaled >= 0) & (scaled <= 65535)).all(axis=2)

@@ -17,7 +17,7 @@ __all__ = ["DEPTH_SCALES", "KEY", "check_depth_scale", "depth_units", "lost", "l
 MILLIMETRES = 1000.0
 DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
 KEY = "lost"
-"""The key of a unit's record: how many pixels were lost of how many, by the kind of value."""
+"""The record's key for the number of lost pixels and the total, by kind of value."""
 
 
 def check_depth_scale(scale: Any) -> None:
@@ -31,9 +31,10 @@ def check_depth_scale(scale: Any) -> None:
 def depth_units(
     depth: npt.NDArray[np.float32], scale: float | None
 ) -> tuple[npt.NDArray[np.uint16], float, Record]:
-    """Depth in metres [h, w] as uint16, 0 for the background and beyond the range; the unit in mm; the loss.
+    """Returns depth in metres [h, w] as uint16 (0 for the background and beyond the range), its unit in mm, and the
+    losses.
 
-    The default unit is the finest of `DEPTH_SCALES` that reaches the farthest surface.
+    The default unit is the finest of `DEPTH_SCALES` that can represent the farthest surface.
     """
     seen = np.isfinite(depth)
     with np.errstate(invalid="ignore"):
@@ -48,7 +49,7 @@ def depth_units(
 
 
 def lost(what: str, pixels: Bools, of: Bools) -> Record:
-    """The part of a record that counts lost pixels among those with a value; empty if none is lost.
+    """Returns the part of a record that counts lost pixels among those with a value; empty if none is lost.
 
     `what` names the values that the format cannot represent, for example "depth beyond 65.535 m".
     """
@@ -57,7 +58,7 @@ def lost(what: str, pixels: Bools, of: Bools) -> Record:
 
 
 def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
-    """One notice for each kind of value, with the share of pixels and the number of images."""
+    """Returns one notice for each kind of value, with the fraction of pixels and the number of images."""
     totals: dict[str, list[int]] = {}
     for record in records:
         for what, (count, of) in record.get(KEY, {}).items():

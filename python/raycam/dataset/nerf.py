@@ -16,7 +16,7 @@ from .plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 __all__ = ["FORMAT"]
 
 DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3"), "fisheye": ("k1", "k2", "k3", "k4")}
-"""Coefficients with the same meaning in nerfstudio, whose k4 is a fourth power and OpenCV's a denominator."""
+"""Coefficients with the same meaning in nerfstudio; its k4 is a fourth-power term, OpenCV's k4 a denominator."""
 MODELS = {
     "pinhole": "PINHOLE",
     "opencv": "OPENCV",
@@ -54,14 +54,14 @@ def check(plan: Plan) -> None:
     models = sorted({view.camera.model for view in plan.shots})
     if len(models) > 1:
         raise CameraError(
-            f"the cameras have the lens models {', '.join(models)}; a transforms.json has one camera_model: "
-            "write a data set for each",
+            f"the cameras have the lens models {', '.join(models)}; but transforms.json supports only one "
+            "camera_model; write one data set for each",
             code="unsupported_camera",
         )
 
 
 def check_whole_panorama(camera: Camera, number: int) -> None:
-    """Raises `CameraError` unless a panorama shows all directions: nerfstudio stores its size alone."""
+    """Raises `CameraError` unless a panorama shows all directions, because nerfstudio stores only its size."""
     width, height = camera.size
     whole = (
         Camera.equirectangular([0, 0, 0], size=camera.size, pixel_center=camera.pixel_center)
@@ -93,7 +93,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def opengl_pose(camera: Camera) -> list[list[float]]:
-    """The pose camera to world [4, 4], with camera axes x right, y up, z backward."""
+    """Returns the pose camera to world [4, 4], with camera axes x right, y up, z backward."""
     pose = np.eye(4)
     pose[:3, :3] = camera.R.T * [1, -1, -1]
     pose[:3, 3] = camera.C
@@ -101,7 +101,7 @@ def opengl_pose(camera: Camera) -> list[list[float]]:
 
 
 def intrinsics(camera: Camera) -> Record:
-    """The intrinsics of a camera; the centre of the first pixel is (0.5, 0.5).
+    """Returns a camera's intrinsics; the centre of the first pixel is (0.5, 0.5).
 
     A panorama has nerfstudio's fl_x = w / 2 and fl_y = h. Source: nerfstudio, cameras/cameras.py, EQUIRECTANGULAR.
     """

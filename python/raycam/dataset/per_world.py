@@ -1,4 +1,4 @@
-"""A data set for each world of a recipe, in a folder with the world's number, for formats that hold one world."""
+"""A data set for each world of a recipe, in a folder with the world's number, for formats that store only one world."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ __all__ = ["each_index", "each_make", "folder", "in_world", "part", "world_count
 
 
 def folder(world: int) -> str:
-    """The folder of a world."""
+    """Returns the folder of a world."""
     return f"{world:06d}"
 
 
 def world_count(plan: Plan) -> int:
-    """The number of worlds."""
+    """Returns the number of worlds."""
     return 1 if plan.recipe is None else len(plan.shots) // views_of(plan)
 
 
 def in_world(plan: Plan, number: int) -> tuple[int, int]:
-    """The world of a view, and the view's index among the views of that world."""
+    """Returns the world of a view, and the view's index among the views of that world."""
     return (0, number) if plan.recipe is None else divmod(number, views_of(plan))
 
 

@@ -1,4 +1,4 @@
-"""The plan of a data set: its views, and the functions on them that formats share."""
+"""The plan of a data set: its views, and functions that formats share."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ __all__ = [
 ]
 
 MAX_CACHED_WORLDS = 2
-"""Cached worlds of a recipe: frames in work at the same time belong to neighbouring worlds."""
+"""Number of cached worlds of a recipe; frames that are rendered at the same time belong to neighbouring worlds."""
 
 NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
 """Advice in errors of formats without lenses."""
 
 Record = dict[str, Any]
 Made = tuple[Mapping[str, bytes | Iterable[Piece]], Record]
-"""The files of a unit by name, large ones in pieces, and the unit's record for the index files, plain JSON."""
+"""A unit's files by name (large files in pieces), and its record for the index files as plain JSON."""
 Index = Iterator[tuple[str, Iterable[bytes]]]
 
 
@@ -68,9 +68,9 @@ class Format:
     many_worlds: bool = False
     """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
-    """True if the format stores one pose and K for each picture."""
+    """True if the format stores one pose and K for each image."""
     writes_lidars: bool = False
-    """True if the format writes the scans of lidars itself, so that they get no NPZ file."""
+    """True if the format writes the scans of lidars itself, so that no NPZ files are written for them."""
     notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
 
@@ -80,7 +80,7 @@ class View:
     """A camera, and the time in seconds of the world; None for a world without time."""
 
     camera: Camera
-    """The camera; for a named camera of a recipe, the one of the first world, because poses differ between worlds."""
+    """The camera; for a named camera of a recipe, the camera of the first world (poses differ between worlds)."""
     time: float | None
     world: int | None = None
     """The number of the recipe's world; None for a single world."""
@@ -91,9 +91,9 @@ class View:
     body: tuple[Floats, Floats] | None = None
     """For a camera on a rig, the rotation body_from_world [3, 3] and the position [3] of the rig's body."""
     label: str | None = None
-    """The name of the camera where it was given with one."""
+    """The camera's name, or None if it was given without a name."""
     image: str | None = None
-    """The name of the camera's picture in the file that the camera is from."""
+    """The name of the camera's image in the camera's file, or None."""
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     """Sensors to sample at the time of this view, by name."""
 
@@ -128,7 +128,7 @@ class Plan:
         self.whole = known
         """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
         self.watch: Callable[[int, int], object] | None = None
-        """The `progress` of `raycam.render`; an exception from it stops the picture."""
+        """The `progress` of `raycam.render`; an exception from it stops the image."""
         self._worlds: OrderedDict[int, World] = OrderedDict()
         self._lock = Lock()
 
@@ -148,7 +148,7 @@ class Plan:
 
     @cached_property
     def picture_names(self) -> list[str]:
-        """The names of the pictures without ending: those of the source's images, else six digits."""
+        """The names of the images without ending: those of the source images, or else six digits."""
         names: dict[str, None] = {}
         known: set[str] = set()
         for number, view in enumerate(self.shots):
@@ -166,7 +166,7 @@ class Plan:
         return list(names)
 
     def picture_name(self, number: int) -> str:
-        """The name of a view's picture without ending."""
+        """Returns the name of a view's image without ending."""
         return self.picture_names[number]
 
     def shot(self, number: int) -> Shot:
@@ -215,7 +215,7 @@ class Plan:
         return self.labelled_of(self.objects)
 
     def labelled_of(self, objects: Sequence[Object]) -> list[int]:
-        """The ids of the labelled ones among the objects of a world."""
+        """Returns the ids of the labelled objects among a world's objects."""
         return [item.id for item in objects if _is_labelled(item, bool(self._known))]
 
 
@@ -252,12 +252,12 @@ class Shot:
 
     @property
     def background_key(self) -> str:
-        """The name by which a recipe draws the background of the view."""
+        """The name that selects the view's background in a recipe's random stream."""
         return self.view.name or f"camera {self.number % self.plan.views_of_world}"
 
     @property
     def background_name(self) -> str | None:
-        """The name of the picture that the recipe draws for the view, in its folder; None without one."""
+        """The name of the image that the recipe draws for the view, in its folder; None without one."""
         recipe, world = self.plan.recipe, self.view.world
         return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 
@@ -273,7 +273,7 @@ class Shot:
     def render(self, channels: Sequence[str], camera: Camera | None = None, index: int = 0) -> Frame:
         """Renders channels of the view, or of another camera at the same time, with the settings of the plan.
 
-        `index` is the camera's number at this time: each has independent noise.
+        `index` is the camera's number at this time; each number has independent noise.
         """
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
         rendering = with_camera_seed(rendering, index)
@@ -310,7 +310,7 @@ class Shot:
 
 
 def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """The given options, completed with the defaults of `known`; raises `SettingsError` for unknown ones."""
+    """Returns the given options, completed with the defaults in `known`; raises `SettingsError` for unknown options."""
     for name in options:
         if name not in known:
             if not known:
@@ -330,8 +330,8 @@ def check_poses(plan: Plan, format: str) -> None:
         shutter = view.camera.shutter
         if shutter is not None and shutter["readout"] > 0 and len(shutter["track"]) > 1:
             raise CameraError(
-                f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
-                "webdataset have none, or the whole camera",
+                f"camera {number} has a rolling shutter, but {format} stores one pose for each image; use "
+                "coco or webdataset",
                 code="unsupported_camera",
             )
 
@@ -342,19 +342,19 @@ def png(pixels: npt.NDArray[Any]) -> bytes:
 
 
 def k_with_half_centers(camera: Camera) -> npt.NDArray[np.float64]:
-    """The intrinsics K with the centre of the first pixel at (0.5, 0.5)."""
+    """Returns the intrinsics K with the centre of the first pixel at (0.5, 0.5)."""
     k = camera.K.copy()
     k[:2, 2] -= camera.corner
     return k
 
 
 def k_with_integer_centers(camera: Camera) -> npt.NDArray[np.float64]:
-    """The intrinsics K with the centre of the first pixel at (0, 0)."""
+    """Returns the intrinsics K with the centre of the first pixel at (0, 0)."""
     k = camera.K.copy()
     k[:2, 2] -= 0.5 + camera.corner
     return k
 
 
 def matrix_text(matrix: npt.NDArray[Any]) -> str:
-    """The numbers of a matrix in one line, without rounding."""
+    """Returns the numbers of a matrix in one line, without rounding."""
     return " ".join(repr(float(value)) for value in matrix.ravel())

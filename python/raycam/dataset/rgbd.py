@@ -39,22 +39,22 @@ def check(plan: Plan) -> None:
 
 
 def check_tum(plan: Plan) -> None:
-    """Raises an error if two pictures would have the same name, a time with six decimals."""
+    """Raises an error if two images would have the same name, which is a time with six decimals."""
     check(plan)
     views: dict[str, int] = {}
     for number in range(len(plan.shots)):
         time = timestamp(plan, number)
         if time in views:
             raise SettingsError(
-                f"views {views[time]} and {number} are both of the time {time}, which names their pictures; an RGB-D"
-                " sequence has one at a time",
+                f"views {views[time]} and {number} are both of the time {time}, but the time is the image's "
+                "name; an RGB-D sequence requires distinct times",
                 code="duplicate_name",
             )
         views[time] = number
 
 
 def timestamp(plan: Plan, number: int) -> str:
-    """The timestamp in seconds: the view's time, or its number divided by `fps`."""
+    """Returns the timestamp in seconds: the view's time, or its number divided by `fps`."""
     time = plan.shots[number].time
     return f"{number / plan.options['fps'] if time is None else time:.6f}"
 
@@ -68,7 +68,7 @@ def make_tum(plan: Plan, number: int) -> Made:
 
 
 def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the lists of pictures, the trajectory (camera to world), and the camera."""
+    """Makes the lists of images, the trajectory (camera to world), and the camera."""
     times = [timestamp(plan, number) for number in range(len(plan.shots))]
     for kind in ("rgb", "depth"):
         yield (
@@ -122,12 +122,14 @@ def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def four_by_four(matrix: Floats) -> str:
-    """The text of a 4 x 4 matrix, one row per line."""
+    """Returns the text of a 4 x 4 matrix, one row per line."""
     return "".join(matrix_text(row) + "\n" for row in matrix)
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """The quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix, 1978."""
+    """Returns the quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix,
+    1978.
+    """
     r = rotation
     squares = np.array([r[0, 0] + r[1, 1] + r[2, 2], r[0, 0], r[1, 1], r[2, 2]])
     largest = int(squares.argmax())

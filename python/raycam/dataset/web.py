@@ -1,4 +1,4 @@
-"""WebDataset: shards of tar files, read in one go. Source: the format's description at webdataset.github.io."""
+"""WebDataset: shards as tar files, which are read sequentially. Source: webdataset.github.io."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
 
 
 def units(plan: Plan) -> int:
-    """The number of shards, the units of work."""
+    """Returns the number of shards, which are the units of work."""
     return -(-len(plan.shots) // int(plan.options["shard_size"]))
 
 
@@ -48,7 +48,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def tar(plan: Plan, views: Iterable[int]) -> Iterator[Piece]:
-    """A tar file in pieces; each view is rendered in its turn. Source: POSIX.1-1988, ustar."""
+    """Iterates over the pieces of a tar file; each view is rendered when its piece is due. Source: POSIX.1-1988,
+    ustar.
+    """
     size = 0
     for view in views:
         for ending, data in sample(plan.shot(view)):
@@ -63,7 +65,7 @@ def tar(plan: Plan, views: Iterable[int]) -> Iterator[Piece]:
 
 
 def sample(shot: Shot) -> Iterator[tuple[str, Sequence[Piece]]]:
-    """The files of a view by their endings, in pieces."""
+    """Iterates over the files of a view by ending, in pieces."""
     names = list(dict.fromkeys(["color", "instance", *shot.plan.options["channels"]]))
     frame = shot.render(names)
     camera = shot.camera
@@ -103,7 +105,7 @@ def sample(shot: Shot) -> Iterator[tuple[str, Sequence[Piece]]]:
 
 
 def npy(array: npt.NDArray[np.generic]) -> Sequence[Piece]:
-    """A .npy file in pieces: NumPy's header, and the memory of the array without a copy."""
+    """Returns a .npy file in pieces: NumPy's header, and the array's memory without a copy."""
     array = np.ascontiguousarray(array)
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, np.lib.format.header_data_from_array_1_0(array))

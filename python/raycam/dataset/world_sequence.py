@@ -1,4 +1,4 @@
-"""Worlds of a caller: a sequence, an iterator, or a function of the world's number."""
+"""Worlds given by the caller: a sequence, an iterator, or a function of the world's number."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..world import World
 __all__ = ["MAX_WORLDS", "WorldSequence", "Worlds"]
 
 MAX_WORLDS = 10_000_000
-"""The largest number of worlds in a data set."""
+"""Maximum number of worlds in a data set."""
 MAX_CACHED_WORLDS = 8
-"""Worlds of an iterator that are kept: several views of one world may be rendered at the same time."""
+"""Number of an iterator's worlds that are kept, because several views of a world may be rendered at the same time."""
 
 Worlds = Iterable[World] | Callable[[int], World]
 
@@ -32,9 +32,9 @@ class WorldSequence:
     """
 
     backgrounds = None
-    """A caller's cameras have their own backgrounds."""
+    """None, because the caller's cameras have their own backgrounds."""
     seed = None
-    """A caller draws its own random numbers."""
+    """None, because the caller draws random numbers."""
 
     def __init__(
         self, worlds: Worlds, count: int | None, categories: Sequence[str] | Mapping[int, str] | None
@@ -71,7 +71,7 @@ class WorldSequence:
 
     @property
     def is_iterator(self) -> bool:
-        """True if each world can be had only once, in order."""
+        """True if the worlds can be requested only once, in order."""
         return self._iterator is not None
 
     def _find_categories(self, given: Sequence[str] | Mapping[int, str] | None) -> dict[int, str]:
@@ -93,10 +93,10 @@ class WorldSequence:
         return [name for world in worlds for _, name in sorted(world.categories.items())]
 
     def world(self, number: int) -> World:
-        """World `number`, from 0.
+        """Returns world `number`, from 0.
 
-        Raises `WorldError` if the caller returns something else, if an iterator ends early, or if the world has a
-        category that the data set does not have.
+        Raises `WorldError` if the caller's value is not a world, if an iterator ends early, or if the world has a
+        category that the data set does not contain.
         """
         if self._function is not None:
             return self._checked(self._function(number), number)
@@ -139,7 +139,7 @@ class WorldSequence:
         return world
 
     def check_camera_counts(self) -> None:
-        """Does nothing: a camera that a world lacks is an error of its view."""
+        """Does nothing, because a camera that is missing in a world raises an error when its view is rendered."""
 
     def background(self, number: int, camera: str) -> Background | None:
         """None: cameras have their own backgrounds."""

@@ -1,4 +1,4 @@
-"""Data sets: pictures with ground truth in common training formats.
+"""Data sets: images with ground truth in common training formats.
 
 raycam.dataset.write(world, "apples", "coco", cameras=cameras)
 """
@@ -44,7 +44,7 @@ __all__ = ["FORMATS", "DatasetResult", "views", "write"]
 RENDERING = set(inspect.signature(render).parameters) - {
     *("world", "camera", "channels", "frame", "region", "progress"),
 }
-"""The arguments of `raycam.render` that a data set passes on."""
+"""Arguments of `raycam.render` that `write` also accepts."""
 
 Progress = Callable[[int, int, int], object]
 
@@ -58,11 +58,11 @@ class DatasetResult:
     frames: int
     """The number of views."""
     made: int
-    """The number of units of work (views, or tar files of them) that this call made; the others existed before."""
+    """The number of units of work (views, or tar files of views) that this call created; the others already existed."""
     complete: bool = True
-    """True if all views are finished; without the views of other shards, there are no index files yet."""
+    """True if all views are finished; index files are written only when the views of all shards are finished."""
     notices: tuple[Notice, ...] = ()
-    """Notices about workers, damaged files, views, and values that the format cannot hold, one for each cause."""
+    """Notices about workers, damaged files, views, and values that the format cannot represent, one for each cause."""
 
 
 def views(
@@ -70,13 +70,13 @@ def views(
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
 ) -> list[View]:
-    """The views of a data set: cameras and their times.
+    """Returns the views of a data set, which are cameras with times.
 
-    Without `cameras`, a world with a video has one view per frame; another world has a view for each of its cameras, or
-    one for its default camera. `times` in seconds, one for each camera, are times of the world's video. A `Rig` among
-    the cameras has one time and gives one view for each of its cameras. A single rig moves with the world's video, if
-    any. The sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during their
-    frame, from each pose of the rig to the next one, if the poses have times.
+    Without `cameras`, a world with a video has one view per frame; any other world has one view for each of its
+    cameras, or one for its default camera. `times`, one for each camera, are seconds of the world's video. A `Rig`
+    among the cameras has one time, and adds one view for each of its cameras. A single rig moves with the world's
+    video, if any. Sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during
+    their frame, from each pose of the rig to the next one, if the poses have times.
     """
     if isinstance(cameras, Rig):
         rig = cameras
@@ -144,31 +144,36 @@ def write(
 
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the
-    sensor's arrays, "world_from_sensor" and "times". "semantickitti" and "mcap" write lidars in their own form.
+    sensor's arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidars themselves.
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
       `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
       with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each image), `model_ids`
       ({category or object name: obj_id}). Equal meshes are one model. Without `model_ids`, the obj_id is the category
-      if that is a whole number, or else a free number in the order of the categories' names
-    * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
-      pair, give the same; `flow` (False) adds optical flow to the next view
-    * "semantickitti": scans of the lidar of a rig, with labels of points, calibration, poses and times; the first
-      camera's images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of
-      the categories), `fps` (10) for views without a time. Points are seen from the rig's pose at the frame's start
+      if that is a whole number, or else an unused number in the order of the categories' names
+    * "kitti": `baseline` in metres adds the right camera, disparity and image_3, as do the first two cameras of a rig
+      if they are a rectified pair; `flow` (False) adds optical flow to the next view
+    * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
+      images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
+      categories), `fps` (10) for views without a time. Points are relative to the rig's pose at the start of the frame
+    * "nuscenes": the thirteen tables, images and scans of a rig with lidars, with boxes of objects, their visibility
+      and numbers of points. `version` ("v1.0-mini"), `scene` ("scene-0001"), `key_every` (1): every Nth pose is a key
+      frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools expect its
+      names of sensors, such as CAM_FRONT and LIDAR_TOP
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
       for the timestamps of views without a time
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
     * "yolo": `task` ("detect", "segment", "pose" or "obb"), `splits` ({"train": 0.8, "val": 0.2}) by `split_seed`
       (0), where views of one world or of one pose of a rig stay together; `min_pixels` (1), `keypoints`
-      ({"points": ...}) and `flip_idx` of "pose"; the pieces of a thing are one polygon with bridges of no width
-    * "panoptic": COCO's; `stuff`, the categories of which all objects are one segment
+      ({"points": ...}) and `flip_idx` of "pose"; the separate parts of an object are joined into one polygon by
+      double edges without width
+    * "panoptic": COCO's panoptic format; all objects of a category in `stuff` form one segment
     * "semantic": label ids, instance ids, colours; `labels` ({category: id}), `void` (0), `palette` ({category: rgb})
-    * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
-      from 1
-    * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
+    * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes around whole objects,
+      with pixel coordinates from 1
+    * "hdf5": BlenderProc's files; requires `h5py`; the depth of the background is 1e10
     * "mcap": a ROS 2 bag with camera_info, PNG images, depth (32FC1, metres, NaN for the background; omitted with
       `depth=False`), instance ids (32SC1) and poses world_from_camera under `topic` ("/camera"), the frame tree world,
       base_link (a rig's body), camera in /tf and /tf_static, and the objects' names as JSON in /instances. Lidars of a
@@ -179,39 +184,41 @@ def write(
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
     * "photos": depth, normals and masks under the names of photographs; options and layouts as in `raycam.photo_truth`
 
-    Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
-    the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
-    pose as well.
+    Images are numbered, 000000.png. For cameras of `load_cameras`, "coco", "colmap" and "nerf" use the image names of
+    the cameras' file (`Cameras.images`), with the ending .png. COCO's `images` also contain the camera's name, K,
+    lens and pose.
 
-    Integer depth is 0 for the background and beyond the range of the format (KITTI 255.99 m, TUM 13.107 m, NeRF and
-    ScanNet 65.535 m; `depth_scale` changes the last three), like the depth of sensors. Disparities of 0 and below do
-    not exist in KITTI's files either. A notice has the share of such pixels.
+    As for real sensors, integer depth is 0 for the background and beyond the range of the format (KITTI 255.99 m, TUM
+    13.107 m, NeRF and ScanNet 65.535 m; `depth_scale` changes the last three). KITTI's files cannot represent
+    disparities of 0 or less either. A notice reports the fraction of such pixels.
 
-    `world` may be a path: of a world or model, or with `count` of a recipe.
+    `world` may be the path of a world or model, or, with `count`, the path of a recipe.
 
-    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by
-    `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic", "hdf5" and "replicator" put all worlds
-    into one data set. So does "bop", with a scene for each world, numbered from `scene`, and one model for each shape
-    in all scenes. The other formats write a data set for each world, in a folder with its number. A view is a function
-    of the recipe, its seed and the number of the world. Every worker reads the recipe's files from their original
-    folder.
+    With a `raycam.Recipe` as `world`, `count` randomised worlds are rendered, each with its own cameras or with
+    `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic", "hdf5" and "replicator" write all worlds
+    into one data set. "bop" does too, with a scene for each world, numbered from `scene`, and one model for each
+    shape in all scenes. The other formats write a data set for each world, in a folder with its number. A view
+    depends only on the recipe, its seed and the world's number. Every worker reads the recipe's files from their
+    original folder.
 
-    `worlds` instead of `world` are worlds of the caller, from physics or a simulator: a list, an iterator, or a
-    function that returns world i, with their number `count`. They are written as a recipe's worlds are, each seen by
-    its own cameras, which have the same names in all worlds, or by `cameras`. `categories` names the categories of all
-    worlds; by default, a list's worlds give them, or else the first world. The worlds are made in this process, on all
-    threads; `shard` divides them among several. A resumed call does not need the worlds of finished views again, except
-    for index files of "bop" and of formats with a data set for each world, which require a list or a function.
+    `worlds` instead of `world` are worlds from the caller, for example from a simulator: a list, an iterator, or a
+    function that returns world i, and their number `count`. They are written like a recipe's worlds, each with its
+    own cameras, which must have the same names in all worlds, or with `cameras`. `categories` lists the categories of
+    all worlds; by default, they are those of a list's worlds, or else of the first world. The worlds are created in
+    this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
+    request the worlds of finished views again, except for index files of "bop" and of formats with a data set for
+    each world, which require a list or a function.
 
-    The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one
-    with its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool` and
-    `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of views;
-    "colmap" keeps one bit for each point and view in a temporary file. `progress(done, total, failed)` is called after
-    each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` have counts, seeds, versions and
-    `licence`, that of the pictures.
+    The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted
+    one and keeps its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool`
+    and `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of
+    views; "colmap" stores one bit for each point and view in a temporary file. `progress(done, total, failed)` is
+    called after each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` contain counts, seeds,
+    versions and `licence`, the licence of the images.
 
-    Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
-    not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
+    Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format
+    does not support; `JobError` if the folder contains another data set, and at the end if views failed; and
+    `OSError`.
     """
     if folder is None:
         raise SettingsError("folder is missing: the folder of the data set", code="missing_value")
@@ -377,11 +384,11 @@ def make_plan(
 
 
 UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), (1e8, "seconds"))
-"""The least numbers that are times since 1970 in these units."""
+"""Smallest numbers that are interpreted as times since 1970 in these units."""
 
 
 def late_times(plan: Plan) -> list[Notice]:
-    """The notice that times lie before or after the world's video or animations, where nothing moves any more."""
+    """Returns a notice if times are before or after the world's video or animations, when nothing moves."""
     video = plan.world.video
     ends = [animation.duration for animation in plan.world.animations]
     ends.extend([video.frames / video.fps] if video is not None else [])
@@ -395,14 +402,14 @@ def late_times(plan: Plan) -> list[Notice]:
     unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
     many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
     message = (
-        f"{many} are outside of what moves in the world (0 to {max(ends):g} s): the first is {first!r}{unit}. The "
-        "world stands still there: give seconds from its beginning (--time-offset first)"
+        f"{many} are outside the world's motion (0 to {max(ends):g} s): the first is {first!r}{unit}. The world "
+        "does not move at these times; use seconds from its beginning (--time-offset first)"
     )
     return [Notice(message, "outside_times")]
 
 
 def unposed_cameras(plan: Plan) -> list[Notice]:
-    """The notice that all cameras are at the origin, inside the world, as in files without poses."""
+    """Returns a notice if all cameras are at the origin, inside the world, as in files without poses."""
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"

@@ -75,7 +75,7 @@ class Explanation(PixelSteps):
     def svg(self, of: Subject = "ray") -> str:
         """A figure as SVG.
 
-        Of the "ray": the picture with the marked pixel, ray and triangle in 3D, and the inside test. Of the "light":
+        Of the "ray": the image with the marked pixel, ray and triangle in 3D, and the inside test. Of the "light":
         shadow rays and a path of light in 3D. Of the "tree": the boxes that the ray enters. Raises SettingsError for
         another word.
         """
@@ -117,7 +117,7 @@ def explain(
     direction in the world. A moving camera, and a world at a time before a rolling shutter, are explained as they are
     in the middle of the exposure of the pixel's line, as ground truth is.
 
-    Raises SettingsError for a pixel outside the picture, CameraError for one outside of the image of a lens.
+    Raises SettingsError for a pixel outside the image, CameraError for one outside of the image of a lens.
     """
     if pixel is None:  # explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
@@ -201,7 +201,7 @@ def _converter(suffix: str) -> Callable[..., bytes]:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: without the library cairo
         raise SettingsError(
-            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg",
+            f"{suffix} figures require CairoSVG ({error}); pip install 'raycam[figure]', or write .svg",
             code="missing_dependency",
         ) from None
     convert: Callable[..., bytes] = getattr(cairosvg, f"svg2{suffix[1:]}")
@@ -227,7 +227,7 @@ def check_figure(path: str | os.PathLike[str], of: Subject = "ray") -> None:
 
 
 def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
-    """The pixel as two ints within the picture; raises SettingsError."""
+    """The pixel as two ints within the image; raises SettingsError."""
     try:
         column, row = (number.__index__() for number in pixel)
     except (AttributeError, TypeError, ValueError):
@@ -237,8 +237,8 @@ def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
     width, height = camera.size
     if not (0 <= column < width and 0 <= row < height):
         raise SettingsError(
-            f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
-            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}",
+            f"pixel ({column}, {row}) is outside the image of {width} x {height}; columns are 0 to "
+            f"{width - 1}, rows 0 to {height - 1}",
             code="out_of_range",
         )
     return column, row

@@ -84,7 +84,7 @@ def panel(svg: Svg, box: Box, title: str) -> Box:
 
 
 def marked_picture(svg: Svg, box: Box, e: PixelSteps, picture: npt.NDArray[np.uint8]) -> None:
-    """Draws the picture with a cross at the pixel, and an enlargement of the pixels around it."""
+    """Draws the image with a cross at the pixel, and an enlargement of the pixels around it."""
     box = box.inner(14)
     width, height = e.camera.size
     scale = min(box.width / width, box.height / height)
@@ -136,7 +136,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     shown_distance = min(max(distance, 0.7 * radius), 1.8 * radius)
     C = c.f - shown_distance * d
 
-    # The camera's frustum: the picture at some distance in front of the centre.
+    # The camera's frustum: the image at some distance in front of the centre.
     width, height = e.camera.size
     half = e.x[:2] - np.array(e.pixel) - 0.5
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) + half
@@ -269,7 +269,7 @@ def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)
     rays = reference.pointed_forward(rays, e.forward)
     rays /= (rays @ e.forward)[:, None]
-    # The picture's right axis, or its up axis if the plane is nearly orthogonal to the right axis.
+    # The image's right axis, or its up axis if the plane is nearly orthogonal to the right axis.
     right, up = (axis - (axis @ front) * front for axis in (rays[1] - rays[0], rays[2] - rays[0]))
     if reference.length(right) < 0.3 * reference.length(rays[1] - rays[0]):
         right = reference.cross(up, front)

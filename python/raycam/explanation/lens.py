@@ -48,7 +48,7 @@ class LensSteps:
 
 
 def at_line(camera: Camera, column: int, row: int) -> Camera:
-    """The camera at rest where it is in the middle of the exposure of the pixel's line; itself, if it does not move."""
+    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if it does not move."""
     if camera.shutter is None:
         return camera
     pixel = np.array([column, row]) + camera.corner + 0.5
@@ -72,8 +72,8 @@ def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
     origin, direction = camera.rays(pixel)
     if not np.isfinite(direction).all():
         raise CameraError(
-            f"pixel ({column}, {row}) has no ray: it lies outside of the image of the lens ({camera.model}); "
-            "camera.valid() tells which pixels have one",
+            f"pixel ({column}, {row}) has no ray: it is outside the valid region of the lens model "
+            f"({camera.model}); camera.valid() returns the pixels with a ray",
             code="out_of_range",
         )
     in_camera = camera.R @ direction

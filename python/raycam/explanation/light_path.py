@@ -1,4 +1,4 @@
-"""One path of light from the eye: where it bounces, what it gathers there, and what of it reaches the pixel."""
+"""One light path from the camera: its bounces, the light gathered at each, and its contribution to the pixel."""
 
 from __future__ import annotations
 

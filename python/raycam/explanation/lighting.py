@@ -23,7 +23,7 @@ __all__ = ["LightTerm", "Lighting", "Surface", "lighting", "material_of", "surfa
 
 @dataclass(frozen=True)
 class Surface:
-    """The point that a ray sees. Directions have length 1."""
+    """The surface point that a ray hits; directions are unit vectors."""
 
     object_name: str
     point: Floats
@@ -92,7 +92,7 @@ class Lighting:
     total: Floats
     """The sum of emission and terms, [3]."""
     rendered: Estimate
-    """The same ray in the picture of all lights at once, `integrator="direct"`."""
+    """The same ray in the image of all lights at once, `integrator="direct"`."""
     samples: int
 
     def __str__(self) -> str:
@@ -131,7 +131,7 @@ def ray_of(explanation: PixelSteps) -> tuple[Floats, Floats]:
 
 
 def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | None:
-    """The surface that a ray sees; None for a miss."""
+    """Returns the surface that a ray hits; None for a miss."""
     fields = ("t", "instance", "triangle", "position", "normal", "shading_normal", "albedo")
     hit = world.cast_rays(origin, direction, fields=fields, threads=1)
     if not np.isfinite(hit["t"]):
@@ -155,7 +155,7 @@ def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | Non
 
 
 def material_of(world: World, instance: int, triangle: int) -> dict[str, Any]:
-    """The material of a triangle: `model`, its `values`, and what the core writes of all materials."""
+    """Returns a triangle's material: `model`, its `values`, and the core's description of all materials."""
     found: dict[str, Any] = json.loads(world._core.material(instance, triangle))
     model = found.pop("model")
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))

@@ -34,7 +34,7 @@ class Estimate:
 
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
     """The radiance that comes to `origin` [3] from `direction` [3]: emission and direct light, by `samples` samples."""
-    with collected():  # one pixel says nothing of the picture
+    with collected():  # one pixel says nothing of the image
         frame = render(
             world,
             _camera(origin, direction),
@@ -50,7 +50,7 @@ def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, s
 
 
 def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
-    """The radiance [3] that what is seen emits by itself; of a miss that of the sky."""
+    """Returns the radiance [3] that the visible surface emits; for a miss, the sky's radiance."""
     with collected():
         frame = render(
             world,
@@ -66,12 +66,12 @@ def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
 
 
 def lit_world(world: World, camera: Camera) -> World:
-    """The world with the lights by which `render` shows it: its own, or those of the studio where nothing shines."""
+    """Returns the world with the lights that `render` uses: its own, or the studio's if it has none."""
     return world.in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
 
 
 def only_light(world: World, number: int | None) -> World:
-    """A copy of the world with one of its lights, or with none of them."""
+    """Returns a copy of the world with only one of its lights, or with none."""
     made = world.copy()
     made.add_light(DARK)
     for other in reversed(range(len(world.lights))):

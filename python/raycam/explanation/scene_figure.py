@@ -1,4 +1,4 @@
-"""Figures of light and of the tree: lines in the world over the picture, and over a view from the side."""
+"""Figures of the light and of the search tree: lines drawn over the image and over a side view."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
 def _figure(
     e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[tuple[str, Floats]]
 ) -> str:
-    """Two panels, the picture and the view from the side, and notes below."""
+    """Two panels, the image and the view from the side, and notes below."""
     height = HEIGHT + 20 * max(0, len(notes) - 2)
     svg = Svg(WIDTH, height)
     svg.rectangle(0, 0, WIDTH, height, "#ffffff")
@@ -128,7 +128,7 @@ def _drawn(
     lines: list[Line],
     marks: list[tuple[str, Floats]],
 ) -> None:
-    """The picture of a camera in a box, its lines and marks over it, cut at the picture's edges."""
+    """The image of a camera in a box, its lines and marks over it, cut at the image's edges."""
     width, height = camera.size
     with collected():
         picture = render(world, camera, integrator="flat", samples=1, channels="color").to_srgb8()
@@ -184,7 +184,7 @@ def _plain(points: Floats) -> Floats:
 
 
 def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """A picture that is paler, so that lines over it are seen."""
+    """An image that is paler, so that lines over it are seen."""
     return np.asarray(255 - (255 - picture.astype(np.uint16)) * 5 // 8, np.uint8)
 
 

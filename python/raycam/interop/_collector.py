@@ -1,4 +1,4 @@
-"""Collection of meshes and materials of other libraries into a world, by way of a GLB document."""
+"""Conversion of other libraries' meshes and materials to a world, through a GLB document."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class WorldCollector:
     ) -> tuple[int, Array] | None:
         """Adds a mesh; returns its index and the offset [3] subtracted from its vertices; None for an empty mesh.
 
-        The offset is the middle of the mesh, so that float32 positions keep their precision, or 0 if the vertices are
-        float32 values already. Per-vertex arrays are as long as `vertices`. `materials` are pairs of a material and the
-        indices [k] of its faces.
+        The offset is the mesh's centre, so that float32 positions keep their precision, or 0 if the vertices are
+        already float32 values. Arrays per vertex have the length of `vertices`. `materials` are pairs of a material
+        and the indices [k] of its faces.
         """
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
@@ -98,7 +98,7 @@ class WorldCollector:
                 image = image.convert("RGBA")
             pixels = to_array(image)
             if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
-                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
+                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is omitted"
                 self.notices.append(Notice(message, "ignored_element"))
                 return None
             self.images[id(image)] = self.glb.texture(pixels)
@@ -119,7 +119,7 @@ def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str,
     """Builds the world; raises `WorldError` if there are no triangles."""
     if not collector.glb._lists.get("nodes"):
         why = f" ({'; '.join(map(str, collector.notices))})" if collector.notices else ""
-        raise WorldError(f"{name}: there are no triangles: nothing to see{why}", code="nothing_visible")
+        raise WorldError(f"{name}: the geometry has no triangles{why}", code="nothing_visible")
     return collector.world(name, up, camera)
 
 
@@ -136,12 +136,12 @@ def default_material(collector: WorldCollector, colors: Array | None) -> int:
 
 
 def to_array(image: Any) -> Array:
-    """The array of an image: Open3D's (legacy or tensor), or any array."""
+    """Returns an image (Open3D's legacy or tensor image, or any array) as an array."""
     return image.as_tensor().cpu().numpy() if hasattr(image, "as_tensor") else np.asarray(image)
 
 
 def to_linear(colors: Any) -> Array:
-    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity stays."""
+    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity is unchanged."""
     array = np.asarray(colors)
     array = (
         array / np.iinfo(array.dtype).max if array.dtype.kind == "u" else np.clip(array.astype(float), 0, 1)

@@ -1,4 +1,6 @@
-"""Worlds from MuJoCo's models. The model's arrays are read; MuJoCo is imported only to compute the first state."""
+"""Worlds from MuJoCo models; only the model's arrays are read, and MuJoCo is imported only to compute the first
+state.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,7 @@ DIRECTIONAL = 1
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows by default."""
 INFINITE_PLANE = 100.0
-"""Half side in metres of planes whose size is 0, which MuJoCo extends to the horizon."""
+"""Half the side length, in metres, of planes of size 0, which MuJoCo extends to the horizon."""
 DEFAULT_SIZE = (640, 480)
 """Size of cameras without a resolution."""
 
@@ -52,7 +54,7 @@ class MujocoScene:
         """Parts of the model that are not shown or approximated."""
 
     def update(self, data: Any) -> None:
-        """Moves objects and cameras to the poses in `data` (`geom_xpos`, `cam_xpos`, ...); no mesh is built again.
+        """Moves objects and cameras to the poses in `data` (`geom_xpos`, `cam_xpos`, ...); no mesh is rebuilt.
 
         `mujoco.mj_forward` or `mj_step` must have computed the poses. Raises `WorldError` for data of another model.
         """
@@ -132,15 +134,15 @@ class MujocoScene:
 
 
 def from_mujoco(model: Any, data: Any = None, *, groups: tuple[int, ...] = SHOWN_GROUPS) -> MujocoScene:
-    """Makes a world of a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
+    """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
 
     `data` is the `mujoco.MjData` whose poses are shown (default: the initial state). Geoms of `groups` (default: 0, 1
     and 2, as in MuJoCo's viewer) that are not fully transparent become objects, named as in the model, with their
-    body's name as category. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them. Textures become
-    their mean colour, lights without direction and the headlight become even light from the sky, both with notices;
-    skins, flexes, sites and tendons are not shown, with notices.
+    body's name as category. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them. A texture is
+    replaced by its mean colour, and lights without direction and the headlight by uniform light from the sky, both
+    with notices. Skins, flexes, sites and tendons are omitted, with notices.
 
-    Raises `WorldError` for other objects, and `ImportError` without MuJoCo if `data` is not given.
+    Raises `WorldError` for objects that are not a model, and `ImportError` without MuJoCo if `data` is not given.
     """
     if not hasattr(model, "geom_type") or not hasattr(model, "mesh_vert"):
         raise WorldError(f"expected a mujoco.MjModel, not {type(model).__name__}")
@@ -180,7 +182,7 @@ def _material(model: Any, geom: int, notices: list[Notice]) -> dict[str, Any]:
                 srgb = srgb * (pixels[:, :3].mean(axis=0) / 255 if channels >= 3 else pixels.mean() / 255)
                 notices.append(
                     Notice(
-                        f"material {_name(model, 'mat', material)!r}: its texture is shown as its mean colour",
+                        f"material {_name(model, 'mat', material)!r}: its texture is replaced by its mean colour",
                         "approximated_value",
                     )
                 )
@@ -242,7 +244,7 @@ def _add_lights(world: World, model: Any, data: Any, notices: list[Notice]) -> N
             ambient += diffuse / 2
             notices.append(
                 Notice(
-                    f"light {_name(model, 'light', light)!r}: shown as even light from the sky",
+                    f"light {_name(model, 'light', light)!r}: replaced by uniform light from the sky",
                     "approximated_value",
                 )
             )

@@ -1,4 +1,4 @@
-"""Worlds from the meshes of Open3D. Objects are recognised by their attributes, without importing Open3D."""
+"""Worlds from Open3D meshes, which are recognised by their attributes, without importing Open3D."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["from_open3d"]
 
 
 def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
-    """Makes a world of Open3D's `TriangleMesh` (legacy or tensor), `TriangleMeshModel`, or several of them.
+    """Creates a world from an Open3D `TriangleMesh` (legacy or tensor), `TriangleMeshModel`, or several of them.
 
-    Imported are triangles, vertex colours (sRGB, as Open3D shows them), texture coordinates with one image for each
-    material index, and the materials of models and tensor meshes. `smooth` shades with the mesh's vertex normals.
-    Positions that float32 cannot hold are kept to 2^-24 of the mesh's size.
+    Triangles, vertex colours (sRGB, as Open3D shows them), texture coordinates with one image for each material
+    index, and the materials of models and tensor meshes are imported. `smooth` shades with the mesh's vertex normals.
+    Positions are rounded to 2^-24 of the mesh's size, unless they are float32 values.
 
     Raises the errors of `from_trimesh`.
     """

@@ -1,4 +1,4 @@
-"""Worlds from the meshes of trimesh. Objects are recognised by their attributes, without importing trimesh."""
+"""Worlds from trimesh meshes, which are recognised by their attributes, without importing trimesh."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["from_trimesh"]
 
 
 def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
-    """Makes a world of a `trimesh.Trimesh` or `trimesh.Scene`.
+    """Creates a world from a `trimesh.Trimesh` or `trimesh.Scene`.
 
-    Imported are triangles, colours of faces or vertices (sRGB), texture coordinates with their materials (simple and
-    PBR) and images, the scene's graph as objects that share meshes, and the scene's own camera. `smooth` shades with
-    trimesh's vertex normals; otherwise faces are flat. Positions that float32 cannot hold are kept to 2^-24 of the
-    mesh's size. Paths and point clouds have no surface and are left out, with a notice.
+    Triangles, colours of faces or vertices (sRGB), texture coordinates with materials (simple and PBR) and images,
+    the scene graph (as objects that share meshes), and the scene's own camera are imported. `smooth` shades with
+    trimesh's vertex normals; otherwise faces are flat. Positions are rounded to 2^-24 of the mesh's size, unless they
+    are float32 values. Paths and point clouds have no surface and are omitted, with a notice.
 
     Raises `WorldError` for geometry without triangles, vertices that are not finite and indices out of range.
     """

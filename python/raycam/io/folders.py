@@ -1,4 +1,4 @@
-"""The folder within which the files that a file names may lie."""
+"""The folder that contains all files which a file may refer to."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["check_folder"]
 
 
 def check_folder(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
-    """Raises `SettingsError` unless a file lies in a folder, by its name or by where its links lead."""
+    """Raises `SettingsError` unless a file is in a folder, by its path or by the target of its links."""
     file, root = Path(path), Path(folder)
     if not any(resolved(file).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute)):
-        raise SettingsError(f"folder: {path} does not lie in {os.fspath(folder)}", code="outside_root")
+        raise SettingsError(f"folder: {path} is outside {os.fspath(folder)}", code="outside_root")

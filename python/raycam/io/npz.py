@@ -1,4 +1,4 @@
-"""NumPy's .npz files, whose bytes depend on the arrays alone. Source: PKWARE's APPNOTE.TXT, `numpy.lib.format`."""
+"""NumPy's .npz files with bytes that depend only on the arrays. Source: PKWARE's APPNOTE.TXT, `numpy.lib.format`."""
 
 from __future__ import annotations
 

@@ -121,10 +121,10 @@ MMAP_THRESHOLD = -3
 
 
 def give_memory_back() -> bool:
-    """Has the C library return freed blocks to the system; False if it is not glibc, and nothing is done.
+    """Makes the C library return freed blocks to the system; returns False without effect if it is not glibc.
 
     Without it each thread keeps up to 64 MiB of what it freed, because a large block that is freed once raises the
-    bounds of blocks that are mapped alone and of free memory that is kept. Blocks from 256 KiB on, planes of pictures
+    bounds of blocks that are mapped alone and of free memory that is kept. Blocks from 256 KiB on, planes of images
     and trees, then lie between no others and go back at once, and each thread keeps 128 KiB.
     """
     import ctypes

@@ -1,4 +1,4 @@
-"""Temporary streams on disk, for data that is made in pieces and may exceed the memory."""
+"""Temporary streams on disk, for data that is produced in pieces and may exceed the memory."""
 
 from __future__ import annotations
 

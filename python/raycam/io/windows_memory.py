@@ -1,4 +1,4 @@
-"""Memory of the machine and of processes, as Windows tells it."""
+"""Memory of the machine and of processes, as reported by Windows."""
 
 from __future__ import annotations
 

@@ -32,8 +32,8 @@ def read_description(path: Path) -> dict[str, Any] | None:
             raise ValueError
     except (ValueError, KeyError, TypeError):
         raise JobError(
-            f"{path}: this is no description of a job, it was damaged. Remove this file and give the command that "
-            "made the job: it goes on with what is finished",
+            f"{path}: the job description is damaged; remove this file and repeat the command that created "
+            "the job (finished frames are kept)",
             code="damaged_job",
         ) from None
     return dict(fields)

@@ -80,7 +80,7 @@ class Job:
         if package is None:
             if there is None:
                 raise JobError(
-                    f"{self.folder}: no job is here (there is no {STATE}/job.json)", code="file_not_found"
+                    f"{self.folder}: no job found ({STATE}/job.json is missing)", code="file_not_found"
                 )
         elif there is not None and not resume:
             Job(self.folder)._remove()
@@ -137,7 +137,7 @@ class Job:
         return (self._state / RELEASED).exists() and not (self._state / "package").exists()
 
     def status(self) -> Status:
-        """The progress as far as this object knows; other processes may have finished more."""
+        """Returns the progress known to this object; other processes may have finished more frames."""
         done = sum(place != NOT_DONE for place in self._offsets)
         damaged = tuple(
             f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
@@ -146,7 +146,7 @@ class Job:
         return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
 
     def running_processes(self) -> list[str]:
-        """The processes that run the job now, as far as this machine knows; empty if none does."""
+        """Returns the processes known to this machine that are running the job; empty if there are none."""
         who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
         return [one for one in who if one is not None]
 

@@ -42,7 +42,7 @@ class JobPackage:
         factory: FrameMakerFactory | None = None,
     ) -> None:
         if frames < 1:
-            raise JobError(f"a job of {frames} frames: there must be at least one", code="out_of_range")
+            raise JobError(f"a job requires at least one frame, got {frames}", code="out_of_range")
         behind = _background_hashes(world) if isinstance(world, World) else {}
         if behind:
             settings = {**settings, "backgrounds": behind}
@@ -71,11 +71,11 @@ class JobPackage:
 
     @staticmethod
     def check_backgrounds(settings: Mapping[str, Any]) -> None:
-        """Raises `JobError` if the photographs behind cameras are not those of the package, and `OSError`."""
+        """Raises `JobError` if the cameras' background photos differ from those of the package, and `OSError`."""
         for path, known in settings.get("backgrounds", {}).items():
             if _hash_of(path) != known:
                 raise JobError(
-                    f"{path}: not the background that it was when the job began", code="changed_input"
+                    f"{path}: the background has changed since the job began", code="changed_input"
                 )
 
     @property
@@ -131,11 +131,11 @@ class JobPackage:
                 fields[key] for key in ("raycam", "kind", "frames", "settings")
             )
         except (ValueError, KeyError, TypeError):
-            raise FormatError(f"{name}: this is no package of a job") from None
+            raise FormatError(f"{name}: not a job package") from None
         if version != __version__:
             raise JobError(
-                f"{name}: made by raycam {version}, this is {__version__}; the same on all machines is needed, or the "
-                "frames would not go together",
+                f"{name}: made by raycam {version}, this is {__version__}; all machines must use the same "
+                "version, so that the frames match",
                 code="changed_input",
             )
         return cls(kind, frames, settings, world)

@@ -93,7 +93,7 @@ def read_entry(path: Path, place: int) -> JournalEntry:
         lines.seek(place)
         entry = _entry(lines.readline())
     if entry is None:
-        raise JobError(f"{path}: it was changed by somebody else, at byte {place}", code="damaged_job")
+        raise JobError(f"{path}: another program changed the file at byte {place}", code="damaged_job")
     return entry
 
 

@@ -58,7 +58,9 @@ class ResultStore:
             with open(path, "rb") as file:
                 data = file.read()
         except FileNotFoundError:
-            raise JobError(f"{path}: it was made, and is not there any more", code="damaged_job") from None
+            raise JobError(
+                f"{path}: the result is missing, although it was created", code="damaged_job"
+            ) from None
         _compare(path, stamp, digest([data]))
         return data
 
@@ -68,11 +70,13 @@ class ResultStore:
         try:
             found = _fingerprint(path)
         except FileNotFoundError:
-            raise JobError(f"{path}: it was made, and is not there any more", code="damaged_job") from None
+            raise JobError(
+                f"{path}: the result is missing, although it was created", code="damaged_job"
+            ) from None
         _compare(path, stamp, found)
 
     def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
-        """Records the stamps of files assembled from all frames: index files, or a video beside the folder."""
+        """Records the stamps of files assembled from all frames: index files, or a video next to the folder."""
         stamps = {name: _fingerprint(self._assembled_path(name)) for name in names}
         atomic_files.write(os.path.join(self._folder, STATE, ASSEMBLED), json.dumps(stamps).encode(), scratch)
 
@@ -89,7 +93,7 @@ class ResultStore:
         except FileNotFoundError:
             return {}
         except (ValueError, TypeError, AttributeError, JobError):
-            raise JobError(f"{path}: it was damaged", code="damaged_job") from None
+            raise JobError(f"{path}: the result is damaged", code="damaged_job") from None
 
     def check_assembled(self) -> dict[str, str]:
         """The assembled files that differ from their stamps, with a message each; they are renamed to `.damaged`."""
@@ -103,7 +107,7 @@ class ResultStore:
             try:
                 _compare(path, stamp, _fingerprint(path))
             except FileNotFoundError:
-                wrong[name] = f"{path}: it was made, and is not there any more"
+                wrong[name] = f"{path}: the result is missing, although it was created"
             except JobError as fault:
                 wrong[name] = str(fault)
                 with contextlib.suppress(OSError):
@@ -159,5 +163,5 @@ def _safe_name(name: str) -> str:
     """Checks the name of a result, and returns the name with this system's separators."""
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
-        raise JobError(f"{name!r} is no name for a file of a job", code="invalid_value")
+        raise JobError(f"{name!r} is not a valid file name for a job", code="invalid_value")
     return os.path.join(*parts)

@@ -1,7 +1,7 @@
 """Scheduling of frames on workers that may fail: retries, and speculative copies of stragglers.
 
 A frame is finished when its first result arrives in this process; later results of the same frame are dropped. So
-workers may die, stall and come back, or answer twice.
+workers may die, stall and recover, or return a result twice.
 """
 
 from __future__ import annotations
@@ -262,6 +262,7 @@ class _Scheduler:
 
 def _lost_worker_error(fault: BaseException) -> JobError:
     return JobError(
-        f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes "
-        "on"
+        f"the connection to the workers was lost ({type(fault).__name__}: {fault}); finished frames are kept, and the "
+        "same command continues the job",
+        code="workers_lost",
     )

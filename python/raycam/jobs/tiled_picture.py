@@ -1,4 +1,4 @@
-"""A large picture as a job of tiles, assembled bit for bit as if rendered at once."""
+"""A large image as a job of tiles; the assembled image is bit-identical to one that is rendered at once."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ def job_package(
     tile: int | None = None,
     **settings: Any,
 ) -> JobPackage:
-    """The job for the picture of `raycam.render` with the same arguments, in tiles of `tile` (256) pixels a side.
+    """The job for the image of `raycam.render` with the same arguments, in tiles of `tile` (256) pixels a side.
 
     Run the job with `Job(folder, package).run(pool)`, then `assemble` the tiles.
 
-    Raises `SettingsError` for `time_limit` and `denoise`, which need the whole picture, and for a `region` outside the
-    picture.
+    Raises `SettingsError` for `time_limit` and `denoise`, which need the whole image, and for a `region` outside the
+    image.
     """
     for name in ("time_limit", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
             raise SettingsError(
-                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise_threshold",
+                f"{name} requires the whole image and cannot be used with tiles; use samples or noise_threshold",
                 code="conflicting_values",
             )
     seen = world.default_camera() if camera is None else camera
@@ -62,7 +62,7 @@ def job_package(
         and y + height <= seen.size[1]
     ):
         raise SettingsError(
-            f"region {region} (x, y, width, height) is not in a picture of {seen.size}", code="out_of_range"
+            f"region {region} (x, y, width, height) is outside an image of {seen.size}", code="out_of_range"
         )
     names = channel_names(channels)
     if settings.get("transparent_background") and "color" in names:
@@ -82,7 +82,7 @@ def job_package(
 
 
 def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """The frame maker of the kind "picture": tile_0000.npz and so on, with the channels of each tile."""
+    """The frame maker of the kind "image": tile_0000.npz and so on, with the channels of each tile."""
     camera = world.camera(settings["camera"])
     left, top, width, height = settings["region"]
     tile = settings["tile"]
@@ -106,7 +106,7 @@ register("picture", tile_maker)
 
 
 def assemble(job: Job) -> Frame:
-    """Assembles the picture of a job; raises `JobError` if tiles are missing."""
+    """Assembles the image of a job; raises `JobError` if tiles are missing."""
     state = job.status()
     if state.finished < state.frames:
         raise JobError(
@@ -142,10 +142,10 @@ def render_tiled(
     progress: Progress | None = None,
     save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
-    """Renders the picture of a package from `job_package` by a job in `folder`; None if other shards have tiles left.
+    """Renders the image of a package from `job_package` by a job in `folder`; None if other shards have tiles left.
 
-    With `save`, `save(picture)` is called and the job removed; returns None if another shard has already saved the
-    picture. Other arguments are as in `Job.run`, whose errors are raised.
+    With `save`, `save(image)` is called and the job removed; returns None if another shard has already saved the
+    image. Other arguments are as in `Job.run`, whose errors are raised.
     """
     job = Job(folder, package, resume=resume)
     notices = dict.fromkeys(job.status().notices)

@@ -112,7 +112,7 @@ def cache_package(package: JobPackage) -> None:
 
 
 def load_package(task: FrameTask) -> JobPackage:
-    """The package of a task, from the cache, the task's path, or `PACKAGE_PATHS`; the package is then cached.
+    """Returns a task's package, from the cache, the task's path, or `PACKAGE_PATHS`, and caches it.
 
     Raises `PackageNotFound` if the package is in none of these places, and `WorkerUnfit` if another version of raycam
     made it.
@@ -167,8 +167,8 @@ def _load_package(task: FrameTask) -> JobPackage:
             _cache_package(package)
             return package
     raise PackageNotFound(
-        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: put the job's folder where "
-        "every worker reads it under the same name"
+        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: place the job's "
+        "folder where every worker can read it under the same path"
     )
 
 

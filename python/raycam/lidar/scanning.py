@@ -58,8 +58,9 @@ def scan(
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
     intensity         uint8 [n]        the device's number
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
-    true_distance     float64 [n]      along the beam's axis, without noise, pulse and rounding; +inf for no hit
-    true_position     float64 [n, 3]   in the world, where the axis ends; NaN for no hit
+    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without noise,
+                                       pulse and rounding; +inf for no hit
+    true_position     float64 [n, 3]   the point on this surface, in the world; NaN for no hit
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
     normal            float64 [n, 3]   its unit normal in the world, towards the ray
     incidence         float32 [n]      its angle of incidence, in degrees
@@ -89,7 +90,7 @@ def scan(
     echoes = find_echoes(found, settings["pulse_length"] * LIGHT_SPEED / 2.0)
     lost, signal = _detected(pattern, echoes, settings, frame)
     chosen = _selected(echoes, lost == KEPT, lidar)
-    columns = _columns(pattern, echoes, found, chosen, signal, axis, lidar, frame)
+    columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
     reasons = _reasons(len(pattern), echoes, lost, found, chosen)
     if not len(chosen):
         warn_of_empty_scan(lidar, reasons)
@@ -150,6 +151,27 @@ def _along_axis(found: Contributions, count: int) -> Columns:
     length[found.pulse[first]] = found.length[first]
     position[found.pulse[first]] = found.fields["position"][first]
     return {"length": length, "position": position}
+
+
+def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length: Floats) -> Columns:
+    """Returns the surface on the axis of each echo's pulse that is nearest to the echo: its length and position."""
+    axis = np.flatnonzero(found.ray == 0)  # ordered by pulse and length
+    result: Columns = {"length": np.full(len(pulse), np.inf), "position": np.full((len(pulse), 3), np.nan)}
+    if not len(axis) or not len(pulse):
+        return result
+    span = 2.0 * max(float(found.length[axis].max()), float(length.max())) + 1.0
+    keys, wanted = found.pulse[axis] * span + found.length[axis], pulse * span + length
+    after = np.searchsorted(keys, wanted)
+    apart, best = np.full(len(pulse), np.inf), np.zeros(len(pulse), np.int64)
+    for candidate in (np.clip(after - 1, 0, len(axis) - 1), np.clip(after, 0, len(axis) - 1)):
+        row = axis[candidate]
+        distance = np.where(found.pulse[row] == pulse, np.abs(found.length[row] - length), np.inf)
+        best = np.where(distance < apart, row, best)
+        apart = np.minimum(apart, distance)
+    hit = np.isfinite(apart)
+    result["length"][hit] = found.length[best[hit]]
+    result["position"][hit] = found.fields["position"][best[hit]]
+    return result
 
 
 def _azimuth_noise(pattern: Pattern, settings: dict[str, Any], frame: int) -> Floats:
@@ -242,7 +264,6 @@ def _columns(
     found: Contributions,
     chosen: npt.NDArray[np.int64],
     signal: Floats,
-    axis: Columns,
     lidar: Lidar,
     frame: int,
 ) -> Columns:
@@ -252,6 +273,7 @@ def _columns(
     scale, offset = pattern.range_scale[pulse], pattern.range_offset[pulse]
     distance = scale * echoes.length[chosen] + offset
     rank = _rank(pulse)
+    true = _nearest_on_axis(found, pulse, echoes.length[chosen])
     if settings["noise"]:
         distance = _noisy(distance, signal[chosen], pulse, rank, len(pattern), settings, frame)
     along = (distance - offset) / scale
@@ -268,8 +290,8 @@ def _columns(
         "returns": returns.astype(np.int32),
         "intensity": device_intensity(lidar.family, reflectivity),
         "reflectivity": reflectivity,
-        "true_distance": pattern.range_scale[pulse] * axis["length"][pulse] + pattern.range_offset[pulse],
-        "true_position": axis["position"][pulse],
+        "true_distance": scale * true["length"] + offset,
+        "true_position": true["position"],
     }
     for name in ("instance", "triangle", "category", "material", "normal", "incidence", "barycentric", "uv"):
         columns[name] = found.fields[name][main]

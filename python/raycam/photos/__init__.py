@@ -1,8 +1,9 @@
 """Photographs and surfaces: the ground truth of posed photographs, visibility, and textures."""
 
 from .coverage import coverage_picture, coverage_world
+from .photograph_fit import PhotographFit
 from .texture import texture_from_photos
-from .texture_result import PhotographFit, PhotoTexture
+from .texture_result import PhotoTexture
 from .truth import named_photographs, photo_truth
 from .visibility import FacePairs, SurfaceVisibility, surface_visibility
 

@@ -1,4 +1,4 @@
-"""Reading photographs, and their colours at fractional pixels."""
+"""Reading of photographs, and their colours at fractional pixels."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from .. import _core
 from ..arguments import Floats
 from ..camera import Camera
 from ..errors import Notice, SettingsError, with_code
+from ..io.oriented_photo import Orientation, read_oriented
 from ..notices import distinct, warn
 from ..srgb import linear_from_srgb
 
 __all__ = ["PhotoSource", "Photos", "Pyramid"]
 
 Photos = str | os.PathLike[str] | Mapping[str, Any]
-"""A folder with the photographs, or paths or arrays by the photographs' names."""
+"""A folder with the photographs, or a mapping from their names to paths or arrays."""
 LISTED_NAMES = 3
 """Photographs that an error lists; further ones are counted."""
 
@@ -28,13 +29,13 @@ LISTED_NAMES = 3
 class PhotoSource:
     """Photographs by name, read when they are used; each notice about their files is given once."""
 
-    def __init__(self, photos: Photos, names: Iterable[str]) -> None:
+    def __init__(self, photos: Photos, names: Iterable[str], orientation: Orientation = "auto") -> None:
         """Checks that each photograph is present and in the folder, before anything is computed.
 
         Raises `FileNotFoundError` for missing files, and `SettingsError` for missing keys and for names that lead out
         of the folder.
         """
-        self.photos = photos
+        self.photos, self.orientation = photos, orientation
         self._given: set[Notice] = set()
         wanted = list(names)
         if isinstance(photos, Mapping):
@@ -88,7 +89,7 @@ class PhotoSource:
             assert isinstance(self.photos, Mapping)
             found = linear_photo(name, self.photos[name])
         else:
-            found, notices = _core.read_picture(os.fspath(path), False)
+            found, notices = read_oriented(path, camera.size, self.orientation)
             for notice in distinct(notices):
                 if notice not in self._given:
                     self._given.add(notice)
@@ -97,7 +98,7 @@ class PhotoSource:
         if (width, height) != camera.size:
             turned = (height, width) == camera.size
             remedy = (
-                "its pixels are turned by 90 degrees, perhaps by its EXIF orientation: turn the pixels, or the camera"
+                "its pixels are turned by 90 degrees: turn the pixels, or the camera"
                 if turned
                 else "resize the camera: load_cameras(..., size=) or --size"
             )
@@ -174,7 +175,9 @@ class Pyramid:
         return self.levels[number]
 
     def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
-        """Colours [n, 4] at places [n, 2] in pixels from the image's corner, averaged over `footprint` [n] pixels."""
+        """Returns colours [n, 4] at `places` [n, 2] in pixels from the image's corner, averaged over `footprint` [n]
+        pixels.
+        """
         level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
         low = np.floor(level).astype(int)
         share = (level - low)[:, None]

@@ -1,4 +1,4 @@
-"""Check that cameras look at the world: in another frame or unit, most of them do not."""
+"""Check that cameras face the world, which reveals cameras in another coordinate frame or unit."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..world import World
 __all__ = ["pixel_grid", "placement_notices"]
 
 GRID_SIDE = 12
-"""Rays along each side of a photograph, by which a camera is found to see the world."""
+"""Number of rays along each side of a photograph that test whether it shows the world."""
 SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
-"""Factors of coordinates: metric units, inches, feet, and a mirrored model."""
+"""Scale factors that are tried: metric units, inches, feet, and a mirrored model."""
 OTHER_FACTORS = tuple(2.0**power for step in range(1, 13) for power in (step, -step))
 """Factors of models without a unit, such as a reconstruction from photographs alone."""
 INSIDE_SHARE = 0.9
@@ -24,7 +24,8 @@ INSIDE_SHARE = 0.9
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """The notice that fewer than half of the cameras see the world, with the factor that fits best; else empty.
+    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; else an empty
+    list.
 
     The notice is also given if most cameras see backs of faces, as from inside of the mesh, and would see fronts of a
     scaled one.
@@ -78,7 +79,7 @@ def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) 
 
 
 def pixel_grid(camera: Camera) -> Floats:
-    """Pixels [n, 2] of an even grid over the image."""
+    """Returns pixels [n, 2] of an even grid over the image."""
     width, height = camera.size
     u = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * width + camera.corner
     v = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * height + camera.corner

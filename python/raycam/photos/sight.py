@@ -1,4 +1,4 @@
-"""Sight between surface points and a camera: pixel, incidence, occlusion, and resolution on the surface."""
+"""Visibility of surface points from a camera: pixel, incidence, occlusion, and resolution on the surface."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RELATIVE_STEP = 1e-4
 
 @dataclass(frozen=True)
 class Sight:
-    """The points that a camera sees."""
+    """The points that are visible from a camera."""
 
     index: npt.NDArray[np.int64]
     """The visible points' numbers [k], ascending."""
@@ -30,7 +30,9 @@ class Sight:
     cosine: Floats
     """The cosines [k] of their angles of incidence, more than 0."""
     origins: Floats
-    """Where the rays of their pixels start [k, 3]: the camera's centre, with a rolling shutter that of their line."""
+    """Origins of the pixels' rays [k, 3]: the camera's centre, with a rolling shutter at the time of the pixel's
+    line.
+    """
 
 
 def find_sight(
@@ -43,10 +45,11 @@ def find_sight(
     min_cosine: float = 0.0,
     threads: int | None = None,
 ) -> Sight:
-    """The points [n, 3] with unit normals [n, 3] that the camera sees.
+    """Returns which of the points [n, 3] with unit normals [n, 3] are visible from the camera.
 
-    A point is visible if it projects through the lens into the image, faces the camera (with `facing` "both", either
-    side does) at a cosine above `min_cosine`, and no triangle is between it and the start of its pixel's ray.
+    A point is visible if it projects through the lens into the image, if its front (with `facing` "both", either
+    side) faces the camera at a cosine above `min_cosine`, and if no triangle is between it and the origin of its
+    pixel's ray.
     """
     pixels, ok = camera.project(points)
     low = camera.corner
@@ -68,9 +71,9 @@ def find_sight(
 
 
 def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
-    """The derivatives [n, 2, 2] of pixels by the two surface directions, in pixels a metre, by central differences.
+    """Returns derivatives [n, 2, 2] of pixels along two surface directions, pixels per metre, by central differences.
 
-    `distance` [n] is that of the camera. NaN where the lens has no image next to a point.
+    `distance` [n] is the distance to the camera. NaN if the lens cannot project the neighbourhood of a point.
     """
     # Duff et al., Building an orthonormal basis, revisited, 2017.
     x, y, z = normals.T
@@ -91,7 +94,7 @@ def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats
 
 
 def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
-    """The order [n] of points along a Morton curve, so that neighbours are traced together."""
+    """Returns the order [n] of points along a Morton curve, so that neighbours are traced together."""
     low, high = points.min(axis=0), points.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
     cells = np.clip((points - low) / extent * 1023, 0, 1023).astype(np.uint64)
@@ -104,7 +107,9 @@ def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
 
 
 def meets_front(world: World, camera: Camera, grid: Floats, threads: int | None = None) -> Bools:
-    """For the rays through pixels `grid` [n, 2] that hit the world, True where the first surface faces the camera."""
+    """Returns, for each ray through pixels `grid` [n, 2] that hits the world, True if the first surface faces the
+    camera.
+    """
     found = world.cast_rays(*camera.rays(grid), fields=("t", "front"), threads=threads)
     front: Bools = found["front"][np.isfinite(found["t"])]
     return front

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -10,11 +11,13 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats, flag, one_of, thread_count, whole
+from ..baking.atlas import Atlas, mesh_with_atlas
 from ..baking.gutters import fill_gutters
 from ..baking.texels import covered_texels, find_texels, warn_of_overlap
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..io import memory_limits
+from ..io.oriented_photo import ORIENTATIONS, Orientation
 from ..notices import warn_all
 from ..world import World
 from ..world.chosen import object_number
@@ -26,10 +29,11 @@ from .face_views import FaceTotals
 from .gains import estimate_gains
 from .images import Photos, PhotoSource
 from .photo_set import BlendedTexels, PhotoSet, blend_texels
+from .photograph_fit import PhotographFit
 from .placement import placement_notices
 from .surface_views import TexturedSurface
 from .survey import Survey, take_survey
-from .texture_result import PhotographFit, PhotoTexture
+from .texture_result import PhotoTexture
 from .truth import named_photographs
 from .visibility import side_of
 
@@ -57,9 +61,11 @@ def texture_from_photos(
     object: int | str = 0,
     size: int = 2048,
     images: Mapping[str, str] | None = None,
+    atlas: Atlas | None = None,
     method: Literal["blend", "best", "detail"] = "blend",
     exposure: Literal["auto", "off"] = "auto",
     show_unseen: bool = False,
+    orientation: Orientation = "auto",
     memory: int | str = "1 GiB",
     threads: int | None = None,
 ) -> PhotoTexture:
@@ -67,11 +73,13 @@ def texture_from_photos(
 
     `photos` is the folder with the photographs, or a mapping from their names to paths or arrays: uint8 and uint16 are
     sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's texture
-    coordinates are kept; all objects of the world occlude. With the `method` "blend", a texel's colour is a mean of
-    the up to eight views with the largest weight cos²(angle) sqrt(det J) border, where J is the derivative of the pixel
-    by the surface, and border rises over 32 pixels from the image's edge and from jumps of depth. Angles above 80
-    degrees do not count. Views whose luminance is off the weighted median by more than max(3 MAD, 6 %) are left out.
-    Vignetting is undone.
+    coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two triangles in
+    each cell of a grid), which computes others; all objects of the world occlude.
+
+    With the `method` "blend", a texel's colour is a mean of the up to eight views with the largest weight
+    cos²(angle) sqrt(det J) border, where J is the derivative of the pixel by the surface, and border rises over 32
+    pixels from the image's edge and from jumps of depth. Angles above 80 degrees do not count. Views whose luminance is
+    off the weighted median by more than max(3 MAD, 6 %) are left out. Vignetting is undone.
 
     "best" shows each face in one photograph, which is sharp even where poses are wrong: the choice weighs the views'
     weight against the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
@@ -83,9 +91,12 @@ def texture_from_photos(
     `memory`, the bytes for views in addition to 64 bytes for each texel (400 for "best" and "detail"); photographs are
     read one at a time, more than once if `memory` cannot contain the views of all texels.
 
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation (which is ignored), a
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a
     texture that is too small for the photographs, photographs that are shifted against the others, and that fewer than
     half of the cameras look at the world.
+
+    With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
+    camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
     Raises `WorldError` for an object without texture coordinates or one that no camera sees, `SettingsError` for
     photographs of another size than their camera, `FormatError` and `OSError` for their files, and `MemoryError` if
@@ -103,42 +114,62 @@ def texture_from_photos(
     one_of("exposure", exposure, ("auto", "off"))
     limit = memory_limits.parse_size("memory", memory) or 0
     mesh = object_mesh(world, number)
-    if not mesh.uvs:
+    if atlas is not None:
+        mesh = mesh_with_atlas(mesh, atlas, wide)
+    elif not mesh.uvs:
         raise WorldError(
-            f"object {object!r} has no texture coordinates; unwrap it first, for example in Blender",
+            f'object {object!r} has no texture coordinates; unwrap it with atlas="xatlas" (--atlas xatlas)',
             code="missing_texture_coordinates",
         )
-    source = PhotoSource(photos, named)
+    one_of("orientation", orientation, ORIENTATIONS)
+    source = PhotoSource(photos, named, orientation)
     check_memory(wide, limit, TEXEL_BYTES if method == "blend" else COMPOSED_TEXEL_BYTES)
     warn_all(placement_notices(world, named))
     surface = TexturedSurface(mesh, find_texels(mesh.uvs[0], (wide, wide)))
     warn_of_overlap(surface.texels, object)
     facing = side_of(world, list(named.values()), threads)
-    survey = take_survey(world, named, source, surface, facing, threads)
-    gains = estimate_gains(survey) if exposure == "auto" else np.ones((len(named), 3))
-    alignment = measure_alignment(survey, gains, np.array([camera.size for camera in named.values()], float))
-    set_of_photos = PhotoSet(world, named, source, surface, facing, gains, threads)
+    photo_set = PhotoSet(world, named, source, surface, facing, np.ones((len(named), 3)), threads)
+    return _compute(photo_set, number, method, exposure == "auto", magenta, limit)
+
+
+def _compute(
+    photos: PhotoSet, number: int, method: str, equalise: bool, magenta: bool, memory: int
+) -> PhotoTexture:
+    """The texture of the object `number`, from photographs without gains."""
+    surface = photos.surface
+    survey = take_survey(photos.world, photos.cameras, photos.source, surface, photos.facing, photos.threads)
+    if equalise:
+        photos = replace(photos, gains=estimate_gains(survey))
     totals = None if method == "blend" else FaceTotals()
-    blended = blend_texels(set_of_photos, limit, totals)
+    blended = blend_texels(photos, memory, totals)
     if not blended.views.any():
         raise WorldError(
-            f"object {object!r} is not visible to any camera; "
+            f"object {photos.world.objects[number].name!r} is not visible to any camera; "
             "check that the mesh and the cameras use the same coordinates",
             code="nothing_visible",
         )
-    warn_all([*_size_notices(survey, wide), *_alignment_notices(alignment, list(named))])
-    fits = tuple(
-        PhotographFit(name, int(blended.texels[i]), tuple(map(float, gains[i])), *map(float, both))  # type: ignore[arg-type]
-        for i, (name, *both) in enumerate(zip(named, alignment.shift, alignment.disagreement, strict=True))
-    )
     colors, view = blended.colors, np.full(len(blended.views), -1, np.int32)
     if totals is not None:
-        best = compose(set_of_photos, blended, totals)
+        best = compose(photos, blended, totals)
         colors, view = best.colors, best.view
     if method == "detail":
         texels = surface.texels
         colors = add_detail(colors, blended.colors, blended.views > 0, texels.index, texels.size)
-    return _result(world, number, surface, blended, colors, view, fits, magenta, threads)
+    fits = _fits(photos, survey, blended, surface.texels.size[0])
+    return _result(photos, number, blended, colors, view, fits, magenta)
+
+
+def _fits(photos: PhotoSet, survey: Survey, blended: BlendedTexels, size: int) -> tuple[PhotographFit, ...]:
+    """How each photograph fits to the others, with notices about those that do not."""
+    sizes = np.array([camera.size for camera in photos.cameras.values()], float)
+    alignment = measure_alignment(survey, photos.gains, sizes)
+    warn_all([*_size_notices(survey, size), *_alignment_notices(alignment, list(photos.cameras))])
+    fits = []
+    for i, name in enumerate(photos.cameras):
+        red, green, blue = photos.gains[i].tolist()
+        measured = float(alignment.shift[i]), float(alignment.disagreement[i])
+        fits.append(PhotographFit(name, int(blended.texels[i]), (red, green, blue), *measured))
+    return tuple(fits)
 
 
 def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
@@ -157,7 +188,8 @@ def _size_notices(survey: Survey, size: int) -> list[Notice]:
     """The notice that the photographs resolve more than the texture, with the size that would do."""
     largest = np.zeros(survey.points, np.float32)
     np.maximum.at(largest, survey.point, survey.footprint)
-    ratio = float(np.median(largest[largest > 0]))
+    largest = largest[largest > 0]
+    ratio = float(np.median(largest)) if len(largest) else 0.0
     if ratio <= MAX_TEXEL_PX:
         return []
     fit = int(min(16384, 2 ** np.ceil(np.log2(size * ratio))))
@@ -184,24 +216,23 @@ def _alignment_notices(alignment: Alignment, names: list[str]) -> list[Notice]:
 
 
 def _result(
-    world: World,
+    photos: PhotoSet,
     number: int,
-    surface: TexturedSurface,
     blended: BlendedTexels,
     colors: Single,
     view: npt.NDArray[np.int32],
     fits: tuple[PhotographFit, ...],
     magenta: bool,
-    threads: int | None,
 ) -> PhotoTexture:
     """The texture with unseen texels and gutters filled, on a world with the object."""
+    surface = photos.surface
     texels = surface.texels
     seen = blended.views > 0
     if magenta:
         colors[~seen] = [1, 0, 1]
     elif not seen.all():
         known, wanted = (surface.part(np.flatnonzero(some)).points for some in (seen, ~seen))
-        colors[~seen] = colors[seen][_nearest(known, wanted, threads)]
+        colors[~seen] = colors[seen][_nearest(known, wanted, photos.threads)]
     covered = covered_texels(texels)
     wide, high = texels.size
 
@@ -212,7 +243,7 @@ def _result(
 
     linear = fill_gutters(image(colors), covered)
     texture = _core.srgb_from_linear(np.ascontiguousarray(linear, np.float32), 1.0, 8, "standard")
-    made = _textured(world, number, surface.mesh, texture)
+    made = _textured(photos.world, number, surface.mesh, texture)
     return PhotoTexture(
         made,
         texture,
@@ -222,6 +253,8 @@ def _result(
         image(blended.spread),  # type: ignore[arg-type]
         image(view + 1) - 1,  # type: ignore[arg-type]
         fits,
+        photos,
+        number,
     )
 
 

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Bools
+from ..io.atomic_files import write
 from ..world import World
+from .photo_set import PhotoSet
+from .photograph_fit import PhotographFit
+from .texture_report import report_page
 
-__all__ = ["PhotoTexture", "PhotographFit"]
-
-
-@dataclass(frozen=True)
-class PhotographFit:
-    """How a photograph fits to the others."""
-
-    name: str
-    """The photograph's name."""
-    texels: int
-    """The number of texels that it shows."""
-    gain: tuple[float, float, float]
-    """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
-    shift_px: float
-    """Its shift against the other photographs in pixels, the root mean square over its parts; NaN without overlap."""
-    disagreement: float
-    """Median difference of its luminance from the other photographs, relative to theirs; NaN without overlap."""
+__all__ = ["PhotoTexture"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,3 +38,13 @@ class PhotoTexture:
     """The texel's photograph, as an index of `photographs`; -1 for blended texels, unseen ones and no face."""
     photographs: tuple[PhotographFit, ...] = field(repr=False)
     """Each photograph's gain, shift and disagreement, in the order of names."""
+    _photos: PhotoSet = field(repr=False)
+    _object: int
+
+    def save_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes a page with maps, the photographs' fits, and three photographs beside the textured model.
+
+        The page is one HTML file that works offline. The three photographs are those with the largest, the median and
+        the smallest disagreement. Raises `OSError` if the file cannot be written.
+        """
+        write(path, report_page(self, self._photos, self._object).encode())

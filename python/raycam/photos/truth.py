@@ -1,4 +1,4 @@
-"""Depth, normals and masks of photographs, as a data set under the photographs' names."""
+"""Depth, normals and masks for photographs, as a data set with the photographs' names."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ def photo_truth(
     images: Mapping[str, str] | None = None,
     **options: Any,
 ) -> DatasetResult:
-    """Writes the depth, normals, masks and more of photographs, through the photographs' own lenses.
+    """Writes depth, normals, masks and other channels for photographs, with the lens models of their cameras.
 
-    `world` is the mesh in the cameras' coordinates, `cameras` are posed cameras as from `load_cameras`. Files have the
-    photographs' names (`cameras.images`, or `images` by camera name, else the cameras' names), in a folder for each
-    channel: depth/IMG_0001.png. Every value belongs to the exact ray through the pixel's centre. Channels:
+    `world` contains the mesh in the cameras' coordinates; `cameras` are posed cameras, for example from
+    `load_cameras`. The files have the photographs' names (`cameras.images`, or `images` by camera name, or else the
+    cameras' names), in one folder per channel: depth/IMG_0001.png. Every value belongs to the exact ray through the
+    pixel's centre. Channels:
 
     ========== ===================================================================================================
     depth      along the principal axis; uint16 PNG in steps of `depth_scale` millimetres (1), 0 without a surface
@@ -74,7 +75,7 @@ def photo_truth(
 def named_photographs(
     cameras: Mapping[str, Camera] | Sequence[Camera], images: Mapping[str, str] | None = None
 ) -> dict[str, Camera]:
-    """Cameras by the names of their photographs, else by their own names or numbers.
+    """Returns cameras by the names of their photographs, or else by their own names or numbers.
 
     Raises `SettingsError` for anything but cameras, and for two cameras of one photograph.
     """

@@ -1,4 +1,4 @@
-"""Which faces the cameras see, and how well."""
+"""Visibility of faces in photographs, with resolution and angle."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from .truth import named_photographs
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
 MAX_SAMPLES = 256
-"""The most samples on a face."""
+"""Maximum number of samples per face."""
 LARGE_FACE_PX = 4.0
-"""Pixels of a face in some camera above which it gets as many samples as pixels."""
+"""Area in pixels of a face, in any camera, above which it gets as many samples as pixels."""
 CORNER_INSET = 0.01
-"""Share of the way from a face's corners to its centroid at which the corner samples are."""
+"""Position of the corner samples, as a fraction of the way from the corners to the centroid."""
 CHUNK_SAMPLES = 1 << 17
-"""Samples in work at the same time, about 100 MB."""
+"""Number of samples processed at a time, about 100 MB."""
 INSIDE_OUT_SHARE = 0.9
-"""Share of rays that first meet backs above which both sides count."""
+"""Fraction of rays that hit back sides first from which both sides of faces count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class FacePairs:
     camera: npt.NDArray[np.int32]
     """The camera's number of each entry, int32 [m], ascending within a face."""
     fraction: npt.NDArray[np.float32]
-    """The share of the face's samples that this camera sees, float32 [m], more than 0."""
+    """The fraction of the face's samples that is visible from this camera, float32 [m], more than 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,24 +55,26 @@ class SurfaceVisibility:
     names: tuple[str, ...]
     """The photographs' or cameras' names."""
     views: npt.NDArray[np.int32]
-    """The number of cameras that see a part of the face, int32."""
+    """The number of cameras from which a part of the face is visible, int32."""
     fraction: npt.NDArray[np.float32]
-    """The share of the face's samples that any camera sees, float32."""
+    """The fraction of the face's samples that is visible from any camera, float32."""
     best_view: npt.NDArray[np.int32]
-    """The camera with the best resolution, int32; -1 for a face that no camera sees."""
+    """The camera with the best resolution, int32; -1 for a face that is not visible."""
     best_resolution: npt.NDArray[np.float32]
-    """Its resolution in pixels a metre across the worse direction on the surface, float32; 0 if not seen."""
+    """Resolution of `best_view` in pixels per metre, in the surface direction with fewer pixels, float32; 0 if not
+    visible.
+    """
     angle: npt.NDArray[np.float32]
-    """Its angle of incidence in degrees, float32; NaN if not seen."""
+    """Angle of incidence of `best_view` in degrees, float32; NaN if not visible."""
     faces_seen: npt.NDArray[np.int32]
-    """The number of faces that each camera sees, int32 [cameras]."""
+    """The number of faces that are visible from each camera, int32 [cameras]."""
     facing: Facing
-    """"front", or "both" if backs counted too."""
+    """"front", or "both" if back sides counted too."""
     pairs: FacePairs | None = None
-    """Which camera sees which face, with `pairs=True`."""
+    """The visible faces of each camera; None unless `pairs=True`."""
 
     def of(self, instance: int) -> npt.NDArray[np.bool_]:
-        """True [n] for the faces of an object, by its id."""
+        """Returns Returns True [n] for the faces of an object, by its id."""
         found: npt.NDArray[np.bool_] = self.ids[:, 0] == instance
         return found
 
@@ -88,18 +90,19 @@ def surface_visibility(
     images: Mapping[str, str] | None = None,
     threads: int | None = None,
 ) -> SurfaceVisibility:
-    """Finds the faces that are visible to the cameras, by exact rays through their lenses.
+    """Finds the faces that are visible from the cameras, with exact rays through their lenses.
 
-    `cameras` are posed cameras as from `load_cameras`, `objects` the ids or names of the objects whose faces are
-    returned; all objects occlude. A camera sees a sample on a face if the sample projects through the lens into the
-    image, faces the camera, and no triangle is between it and the camera's centre (with a rolling shutter, where the
-    camera is when that line is read). `samples` is their number for each face; "faces" takes the centroid and the
-    corners, moved inside by 1 %, and on faces larger than 4 pixels in some camera as many samples as pixels, up to 256.
+    `cameras` are posed cameras, for example from `load_cameras`; `objects` are the ids or names of the objects whose
+    faces are returned. All objects occlude. A sample on a face is visible if it projects through the lens into the
+    image, faces the camera, and no triangle is between it and the camera's centre (with a rolling shutter, the centre
+    at the time of the pixel's line). `samples` is the number of samples per face. "faces" uses the centroid and the
+    corners, moved inside by 1 %, and for faces larger than 4 pixels in any camera as many samples as pixels, up to
+    256.
 
-    `facing` "front" ignores cameras behind a face, "both" does not; "auto" is "front" unless at least 90 % of the rays
-    that hit the world meet backs first, which a notice reports. `pairs=True` also returns which camera sees which face.
-    A notice reports that fewer than half of the cameras look at the world. Memory does not grow with the number of
-    cameras, except with `pairs`.
+    `facing="front"` ignores cameras behind a face, "both" includes them; "auto" means "front" unless at least 90 % of
+    the rays that hit the world hit back sides first, which a notice reports. `pairs=True` also returns the visible
+    faces of each camera. A notice is issued if fewer than half of the cameras show the world. Memory does not grow
+    with the number of cameras, except with `pairs`.
 
     Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
     """
@@ -127,7 +130,9 @@ def surface_visibility(
 
 
 def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None) -> Literal["front", "both"]:
-    """ "both", with a notice, if at least 90 % of the rays that hit the world first meet backs; else "front"."""
+    """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
+    "front".
+    """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
@@ -141,7 +146,7 @@ def side_of(world: World, cameras: Sequence[Camera], threads: int | None = None)
 
 
 Chunk = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]
-"""Faces [k], and for each sample the place of its face in them [m] and its barycentric weights [m, 3]."""
+"""Faces [k], and for each sample the index into these faces [m] and its barycentric weights [m, 3]."""
 
 
 def _chunks(
@@ -169,7 +174,7 @@ def _chunks(
 
 
 def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
-    """The largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 if below `LARGE_FACE_PX`."""
+    """Returns the largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 below `LARGE_FACE_PX`."""
     largest = np.zeros(len(corners))
     for camera in cameras:
         pixels, in_front = camera.project(corners.reshape(-1, 3))
@@ -185,7 +190,8 @@ def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
 
 
 def sample_pattern(count: int, corners: bool = True) -> Floats:
-    """Barycentric weights [count, 3]: with `corners`, centroid and inset corners first; then a low-discrepancy set.
+    """Returns barycentric weights [count, 3]: with `corners`, centroid and inset corners first; then a
+    low-discrepancy set.
 
     Source: the R2 sequence (Roberts 2018), folded into the triangle.
     """
@@ -280,7 +286,7 @@ class _Totals:
 
 
 def smaller_singular_value(jacobian: Floats) -> Floats:
-    """The smaller singular values [n] of matrices [n, 2, 2]; 0 for matrices that are not finite."""
+    """Returns the smaller singular values [n] of matrices [n, 2, 2]; 0 for matrices that are not finite."""
     a, b, c, d = (jacobian[:, i, j] for i in (0, 1) for j in (0, 1))
     with np.errstate(invalid="ignore"):
         s = np.hypot(a + d, c - b) / 2

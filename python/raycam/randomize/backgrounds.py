@@ -1,4 +1,4 @@
-"""Backgrounds of randomised worlds, drawn from a folder of pictures."""
+"""Backgrounds of randomised worlds, drawn at random from a folder of images."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 
 
 class BackgroundFolder:
-    """The pictures of a folder, of which each camera of each world has one behind it.
+    """A folder of images, from which each camera of each world gets a random background.
 
-    `given` is the key `background` of a recipe in `folder`: the name of a folder in it, or a table {folder, fit}; with
-    `fit = "cover"`, which is the default, pictures are cut to the frame. Folders in it are searched too.
+    `given` is the value of the key `background` of a recipe in `folder`: the name of a folder in it, or a table
+    {folder, fit}. With `fit = "cover"` (default), images are cropped to the frame. Subfolders are searched too.
 
-    Raises `WorldError` for other keys, for a folder outside, and for one without pictures.
+    Raises `WorldError` for unknown keys, a folder outside, and a folder without images.
     """
 
     def __init__(self, given: Any, folder: Path) -> None:
@@ -54,30 +54,30 @@ class BackgroundFolder:
             )
         if not self._root.is_dir():
             raise WorldError(
-                f"background.folder = {name!r}: there is no such folder in {folder}", code="unknown_name"
+                f"background.folder = {name!r}: folder not found in {folder}", code="unknown_name"
             )
         paths = (path for path in self._root.rglob("*") if path.suffix.lower() in ENDINGS)
         inside = [
             path for path in paths if path.is_file() and path.resolve().is_relative_to(folder.resolve())
         ]
         self.files = sorted(path.relative_to(self._root).as_posix() for path in inside)
-        """The names of the pictures in the folder, sorted."""
+        """The names of the images in the folder, sorted."""
         if not self.files:
             raise WorldError(
-                f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}",
+                f"background.folder = {name!r} contains no images; expected {', '.join(ENDINGS)}",
                 code="missing_value",
             )
 
     @property
     def stamp(self) -> str:
-        """The SHA-256 of the names and sizes of the pictures."""
+        """The SHA-256 of the images' names and sizes."""
         sizes = (f"{name} {(self._root / name).stat().st_size}\n" for name in self.files)
         return hashlib.sha256("".join(sizes).encode()).hexdigest()
 
     def name_of(self, draw: RandomStream) -> str:
-        """The name of the picture of a random stream, in the folder."""
+        """Returns the name of the image that a random stream selects."""
         return self.files[draw.integer(0, len(self.files) - 1)]
 
     def background(self, draw: RandomStream) -> Background:
-        """The background of a random stream."""
+        """Returns the background that a random stream selects."""
         return Background(str(self._root / self.name_of(draw)), fit=self._fit)

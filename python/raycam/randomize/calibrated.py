@@ -28,16 +28,18 @@ POSE = ("R", "C", "t", "location", "target", "up", "roll", "pitch", "yaw")
 
 
 def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[str, Any]:
-    """A [[camera]] without `calibration`: the keys of that file's camera, under the pose of the row, if it has one.
+    """Returns a [[camera]] table in which `calibration` is replaced by the keys of that file's camera.
 
-    Of a file with several cameras it is the one with the row's `name`. `lens` is the model of coefficients whose file
-    does not state it. Raises `WorldError` for keys that the file gives already, and for files that cannot be read.
+    A pose in the table replaces the file's. For a file with several cameras, the table's `name` selects one. `lens`
+    is the lens model of coefficients whose model the file does not specify. Raises `WorldError` for keys that the
+    file already contains, and for files that cannot be read.
     """
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:
         if key in more:
             raise WorldError(
-                f"{what}: {key} and calibration: the file {path.name} gives it already", code="duplicate_name"
+                f"{what}: {key} and calibration: the file {path.name} already contains it",
+                code="duplicate_name",
             )
     try:
         cameras = load_cameras(path, model=row.get("lens"), up="y" if up == "y" else "z")

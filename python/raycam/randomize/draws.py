@@ -1,7 +1,7 @@
 """Random values in descriptions, as functions of the seed, the world's number and the key's path.
 
-A draw is a table with one of the keys of `DISTRIBUTIONS` in place of a value. Random numbers are hashes, not a
-sequence, so that a value does not depend on other draws, or on the number of worlds.
+A draw is a table with a key of `DISTRIBUTIONS` instead of a value. Random numbers are hashes instead of a sequence,
+so a value does not depend on other draws or on the number of worlds.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from ..errors import WorldError, nearest
 __all__ = ["DISTRIBUTIONS", "ONE_OF", "RandomStream", "RejectedSample"]
 
 ONE_OF = "one_of"
-"""The key of a list of tables, one of which is merged into the enclosing table."""
+"""The key whose value is a list of tables; one of them is merged into the enclosing table."""
 DIGITS = 12
-"""Significant digits of computed numbers, because mathematical libraries differ in the last of 16."""
+"""Significant digits of computed numbers, because mathematical libraries differ in the last of 16 digits."""
 
 
 class RejectedSample(WorldError):
-    """A sample without room or without a view, which is drawn again."""
+    """A sample in which an object has no space or a camera no view; it is drawn again."""
 
 
 class RandomStream:
@@ -35,7 +35,7 @@ class RandomStream:
         """The path: numbers and names of the world, the table and the key."""
 
     def substream(self, *way: object) -> RandomStream:
-        """The stream for a longer path."""
+        """Returns the stream for a longer path."""
         return RandomStream(self.seed, *self.way, *way)
 
     def bits(self, number: int = 0) -> int:
@@ -44,15 +44,15 @@ class RandomStream:
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
     def uniform01(self, number: int = 0) -> float:
-        """A uniform number in [0, 1) with 53 random bits."""
+        """Returns a uniform number in [0, 1) with 53 random bits."""
         return (self.bits(number) >> 11) / (1 << 53)
 
     def uniform(self, low: float, high: float, number: int = 0) -> float:
-        """A uniform number in [low, high)."""
+        """Returns a uniform number in [low, high)."""
         return low + (high - low) * self.uniform01(number)
 
     def integer(self, low: int, high: int, number: int = 0) -> int:
-        """A uniform whole number from `low` to `high`, both included."""
+        """Returns a uniform whole number from `low` to `high`, both included."""
         return low + self.bits(number) % (high - low + 1)
 
     def value(self, description: Any, where: str = "") -> Any:
@@ -82,7 +82,8 @@ class RandomStream:
                 lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
                     raise WorldError(
-                        f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it", code="duplicate_name"
+                        f"{where}: {', '.join(twice)}: given both in {ONE_OF} and next to it",
+                        code="duplicate_name",
                     )
                 table |= lent
             return {
@@ -130,7 +131,7 @@ def _integer(draw: RandomStream, given: Any) -> int:
 def _choice(draw: RandomStream, given: Any) -> Any:
     """A random item of a list."""
     if not isinstance(given, list | tuple) or not given:
-        raise ValueError("expected a list of what to choose from")
+        raise ValueError("expected a list of values to choose from")
     return given[draw.integer(0, len(given) - 1)]
 
 
@@ -140,11 +141,11 @@ DISTRIBUTIONS: dict[str, Callable[[RandomStream, Any], Any]] = {
     "integer": _integer,
     "choice": _choice,
 }
-"""The distributions by their keys."""
+"""The distributions by key."""
 
 
 def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float, float]:
-    """Parses a range [low, high]; a single number is both ends."""
+    """Parses a range [low, high]; a single number is both its ends."""
     if value is None:
         return default
     try:

@@ -1,11 +1,12 @@
 """Random placement of objects at rest on surfaces, without collisions.
 
-The bound of an object is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
+An object's bound is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
 Objects whose prisms do not intersect do not collide; no object is placed inside another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,9 +23,14 @@ __all__ = ["ConvexPrism", "PlacementSampler", "outline"]
 AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 """Order of the axes that puts the up axis last."""
 LEVEL = 0.999
-"""Cosine of the steepest slope that objects may stand on: 2.6 degrees."""
+"""Cosine of the steepest slope on which objects are placed: 2.6 degrees."""
 MAX_TRIES = 2000
-TRIES_PER_BATCH = 8
+FIRST_BATCH, MAX_BATCH = 8, 512
+"""Tries that are checked together: few at first, because most objects find room at once."""
+MAX_HULL_TRIANGLES = 20_000
+"""Largest surface whose convex hull is computed to find out whether an object fits at all."""
+SLACK = 1e-6
+"""Share by which an object may seem larger than its surface, because of rounding."""
 
 
 @dataclass(frozen=True)
@@ -40,18 +46,18 @@ class ConvexPrism:
 
     @classmethod
     def around(cls, corners: Floats, up: str) -> ConvexPrism:
-        """The smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
+        """Returns the smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
         points = corners.reshape(-1, 3)[:, AXES[up]]
         return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
 
     def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
-        """The prism rotated about the up axis, then shifted by `shift` [3]."""
+        """Returns the prism rotated about the up axis, then shifted by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
         return ConvexPrism(product(self.outline, turn) + np.array([x, y]), self.low + z, self.high + z)
 
     def intersects(self, other: ConvexPrism, gap: float) -> bool:
-        """True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
+        """Returns True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
@@ -60,7 +66,7 @@ class ConvexPrism:
         return bool(apart.max() < max(gap, 1e-12))
 
     def intersects_triangles(self, corners: Floats) -> bool:
-        """True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
+        """Returns True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
         box_low = np.append(self.outline.min(axis=0), self.low)
         box_high = np.append(self.outline.max(axis=0), self.high)
         near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
@@ -93,7 +99,7 @@ class ConvexPrism:
 
 
 def outline(points: Floats) -> Floats:
-    """The convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
+    """Returns the convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
     ordered = np.unique(points, axis=0)
     if len(ordered) < 3:
         return ordered
@@ -138,7 +144,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 class PlacementSampler:
-    """Samples poses for one object after the other on the surfaces of a world, by rejection."""
+    """Samples poses of one object after another on the surfaces of a world, by rejection."""
 
     def __init__(self, world: World) -> None:
         self._world = world = world.at(0.0)  # a copy: objects added later are known by their prisms
@@ -147,36 +153,61 @@ class PlacementSampler:
         self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
         self._corners = world.triangles()[..., self._axes] if self._names else np.empty((0, 3, 3))
         self._taken: list[ConvexPrism] = []
+        self._surface_of: list[str | None] = []
+        self._hulls: dict[str | None, Floats] = {}
 
     def sample_pose(
         self, shape: ConvexPrism, surface: str | None, draw: RandomStream, gap: float, what: str
     ) -> Floats:
         """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
 
-        The pose rotates the object about the up axis and puts its lowest point on the object `surface` (default: any),
-        at least `gap` metres from everything else. Raises `WorldError` if there is no room.
+        The pose rotates the object about the up axis and places its lowest point on the object `surface` (default:
+        any object), at least `gap` metres from all others. Raises `WorldError` if there is no space.
         """
         ground, areas, owners = self._ground(surface)
         if not len(ground):
             raise WorldError(
                 f"{what}: {surface or 'the world'} has no upward-facing level surface to place objects on"
             )
-        for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
-            tries = [
-                self._try(shape, ground, areas, draw.substream(number))
-                for number in range(first, first + TRIES_PER_BATCH)
-            ]
-            supported = self._supported([prism for prism, _ in tries], owners)
-            for (prism, pose), stands in zip(tries, supported, strict=True):
-                if stands and self._free(prism, gap):
-                    self._taken.append(prism)
-                    return self._world_axes(pose)
+        tries = 0
+        if not self._is_too_large(shape, surface, ground, gap):
+            for first, last in _batches():
+                tries = last
+                drawn = [self._try(shape, ground, areas, draw.substream(n)) for n in range(first, last)]
+                supported = self._supported([prism for prism, _ in drawn], owners)
+                for (prism, pose), stands in zip(drawn, supported, strict=True):
+                    if stands and self._free(prism, gap):
+                        self._taken.append(prism)
+                        self._surface_of.append(surface)
+                        return self._world_axes(pose)
         size = np.ptp(shape.outline, axis=0)
         raise RejectedSample(
-            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries: it needs "
+            f"{what}: no space found on {surface or 'the world'}{f' after {tries} tries' if tries else ''}: "
+            "the object needs "
             f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {areas[-1] / 2:.3g} m² with "
-            f"{len(self._taken)} things on it; fewer or smaller things, a larger surface or a smaller gap make room"
+            f"{len(self._taken)} objects on it; use fewer or smaller objects, a larger surface or a smaller gap"
         )
+
+    def _is_too_large(self, shape: ConvexPrism, surface: str | None, ground: Floats, gap: float) -> bool:
+        """True if no position and rotation can put the base inside the ground's convex hull, next to the others there.
+
+        A convex outline inside another has no larger diameter, width or area.
+        """
+        if len(ground) > MAX_HULL_TRIANGLES:
+            return False
+        if surface not in self._hulls:
+            self._hulls[surface] = outline(ground.reshape(-1, 3)[:, :2])
+        hull = self._hulls[surface]
+        if any(
+            measure(shape.outline) > measure(hull) * (1 + SLACK) for measure in (_diameter, _width, _area)
+        ):
+            return True
+        if np.ptp(ground[..., 2]) > 1e-6 * (shape.high - shape.low):
+            return False
+        # All objects on a surface of one level lie next to each other in its hull.
+        others = [prism for prism, on in zip(self._taken, self._surface_of, strict=True) if on == surface]
+        total = sum(_area(prism.outline) for prism in [*others, shape])
+        return bool(others) and (total > _area(hull) * (1 + SLACK) or gap > _diameter(hull) * (1 + SLACK))
 
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
         """The level triangles [n, 3, 3], the cumulative sums of their areas, and the ids of their objects."""
@@ -266,6 +297,32 @@ class PlacementSampler:
         order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
         found: Any = product(product(order.T, pose), order)
         return np.asarray(found)
+
+
+def _batches() -> Iterator[tuple[int, int]]:
+    """The numbers of the tries in batches: first, and one past the last."""
+    first, size = 0, FIRST_BATCH
+    while first < MAX_TRIES:
+        last = min(first + size, MAX_TRIES)
+        yield first, last
+        first, size = last, min(2 * size, MAX_BATCH)
+
+
+def _diameter(corners: Floats) -> float:
+    """The largest distance between two corners of an outline [n, 2]."""
+    apart = corners[:, np.newaxis] - corners
+    return float(np.sqrt((apart**2).sum(axis=2).max()))
+
+
+def _width(corners: Floats) -> float:
+    """The smallest distance between two parallel lines around a convex outline [n, 2]."""
+    return float(np.ptp(product(_normals(corners), corners.T), axis=1).min())
+
+
+def _area(corners: Floats) -> float:
+    """The area of a convex outline [n, 2]."""
+    x, y = (corners - corners[:1]).T
+    return float(np.abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
 
 
 def _inflate(corners: Floats, gap: float) -> Floats:

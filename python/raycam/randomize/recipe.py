@@ -1,8 +1,8 @@
-"""Randomised worlds. A recipe is a world file with random values, randomly placed objects and cameras that show them.
+"""Randomised worlds: a recipe is a world file with random values, objects and camera poses.
 
 world = raycam.sample("table.recipe.toml", 17)
 
-World number 17 is a function of the recipe, its seed and 17.
+World 17 depends only on the recipe, its seed and the number 17.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from .views import place_camera
 __all__ = ["Recipe", "sample"]
 
 PLACE_KEYS = ("on", "gap", "drop", "physics")
-"""Keys of an object in a recipe, besides `count`, that a world file does not have."""
+"""Object keys, in addition to `count`, that only recipes support."""
 MAX_FILE_BYTES = 16 << 20
 MAX_OBJECTS = 100_000
 GEOMETRY = (
@@ -48,35 +48,36 @@ GEOMETRY = (
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
-"""Samples of a world before an error is raised."""
+"""Number of attempts to sample a world before an error is raised."""
 
 
 class Recipe:
     """A recipe for randomised worlds.
 
-    `recipe` is the path of a .toml file, or the same as a dict, whose files are then in `folder`. A recipe is a world
-    file with these additions:
+    `recipe` is the path of a .toml file, or a dict with the same keys, whose files are in `folder`. A recipe is a
+    world file with these additions:
 
     * A draw may replace any value of an object, a light, a camera and of [render]:
       `{ uniform = [low, high] }` (numbers, or lists of them), `{ log_uniform = [low, high] }`,
       `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
     * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
     * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
-    * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
-      lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
-      with `on` only stand on objects without.
+    * `on` places an object on another one, by name: at a random position, with a random rotation about the up axis, its
+      lowest point on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means any object.
+      Objects with `on` are placed only on objects without `on`.
     * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
       of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
       object has the properties that `raycam.settle` accepts.
-    * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
-      with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
-      whose file does not state it.
+    * `calibration = "calib.yaml"` in a [[camera]] provides size, K and lens from that file (from its camera with the
+      same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` is the lens model
+      of coefficients whose model the file does not specify.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
-    * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
-      each world, cut to the frame (`fit = "cover"`); with `fit = "exact"`, they are photographs of the cameras' size.
-    * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
-    * `seed` (0).
+    * `background = { folder = "photos" }`, or the folder's name, gives each camera of each world a random background
+      from the folder, cropped to the frame (`fit = "cover"`); with `fit = "exact"`, the images must have the cameras'
+      size.
+    * `world` is another world file, glTF or mesh in the same folder, to which the recipe's contents are added.
+    * `seed` (0) of the random numbers.
 
     Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
     """
@@ -153,22 +154,22 @@ class Recipe:
 
     @cached_property
     def backgrounds(self) -> BackgroundFolder | None:
-        """The pictures that are laid behind cameras; None without `background`."""
+        """The folder of background images; None without `background`."""
         given = self.description.get("background")
         return None if given is None else BackgroundFolder(given, self.folder)
 
     def background(self, number: int, camera: str) -> Background | None:
-        """The picture behind a camera of world `number`, by its name; None without `background`."""
+        """Returns the background of a camera, by name, of world `number`; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.background(self._behind(number, camera))
 
     def background_name(self, number: int, camera: str) -> str | None:
-        """The name of `background`'s picture in the folder of backgrounds."""
+        """Returns the name of the image of `background`; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of the picture behind a camera, whatever else is drawn again."""
+        """The random stream of the image behind a camera, whatever else is drawn again."""
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -178,7 +179,7 @@ class Recipe:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories that the worlds may have, by id; whole numbers are their own ids, names get free ones."""
+        """The categories that may occur in the worlds, by id; a whole number is its own id, names get unused ids."""
         found = dict(self._base.categories) if self._base is not None else {}
         names = [str(value) for value in _values(self.description["object"], "category")]
         for name in names:
@@ -191,7 +192,7 @@ class Recipe:
 
     @property
     def files(self) -> dict[str, str]:
-        """The SHA-256 of every named file in the folder; meshes and worlds include the files that they name."""
+        """The SHA-256 of each file that the recipe uses, including the files of its meshes and worlds."""
         found: dict[str, str] = {}
         for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
             for name in _values(self.description, key):
@@ -216,9 +217,9 @@ class Recipe:
                 )
 
     def world(self, number: int) -> World:
-        """World `number`, from 0, independent of other worlds.
+        """Returns world `number`, from 0, which is independent of other worlds.
 
-        If an object has no room or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
+        If an object has no space or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
 
         Raises the errors of `World.from_dict`, and `WorldError` if no attempt succeeds.
         """
@@ -235,11 +236,11 @@ class Recipe:
                 except WorldError as fault:
                     raise WorldError(f"{self._source}{fault}", code=fault.code) from None
         raise WorldError(
-            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
+            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, all rejected)"
         )
 
     def _with_backgrounds(self, world: World, number: int) -> World:
-        """The world with pictures behind its cameras that have none, but for those of rigs."""
+        """The world with images behind its cameras that have none, but for those of rigs."""
         if self.backgrounds is not None:
             mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
             for name, camera in world.cameras.items():
@@ -270,7 +271,7 @@ class Recipe:
                 placed.append((item, how, place))
             elif how:
                 raise WorldError(
-                    f"object {item.get('name', '')!r}: gap goes with on, which is missing",
+                    f"object {item.get('name', '')!r}: gap requires on, which is missing",
                     code="missing_value",
                 )
             else:
@@ -315,7 +316,9 @@ class Recipe:
             )
         for key in ("up", "render"):
             if key in table:
-                raise WorldError(f"{key}: it is for {table['world']} to say", code="conflicting_values")
+                raise WorldError(
+                    f"{key}: this key must be set in {table['world']}", code="conflicting_values"
+                )
         # World.at returns a separate world that shares the acceleration structures.
         world = self._base.at(0.0)
         for item in objects:
@@ -339,12 +342,15 @@ class Recipe:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
             if "location" in item or "instance_of" in item:
                 raise WorldError(
-                    f"{what}: location and instance_of do not go with on, which finds it a place",
+                    f"{what}: location and instance_of cannot be used with on, which chooses the position",
                     code="conflicting_values",
                 )
             gap = how.get("gap", MIN_GAP)
             if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
-                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}", code="out_of_range")
+                raise WorldError(
+                    f"{what}: gap must be a distance in metres of at least 0, got {gap!r}",
+                    code="out_of_range",
+                )
             if not isinstance(how["on"], str):
                 raise WorldError(
                     f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type"
@@ -423,9 +429,9 @@ def sample(
     seed: int | None = None,
     folder: str | os.PathLike[str] = ".",
 ) -> World:
-    """World `number` of a recipe; see `Recipe`, which is faster for many worlds.
+    """Returns world `number` of a recipe; for many worlds, `Recipe` is faster.
 
-    The same recipe, seed and number give the same world on every machine, up to the last bits of the machine's sine and
+    The same recipe, seed and number produce the same world on every machine, except for the last bits of sine and
     cosine. Raises the errors of `Recipe` and `Recipe.world`.
     """
     if isinstance(recipe, Recipe):
@@ -442,7 +448,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
     try:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise FormatError(f"{path}: no TOML: {fault}") from None
+        raise FormatError(f"{path}: not a TOML file: {fault}") from None
 
 
 def _named(item: Mapping[str, Any], what: str) -> str:

@@ -21,21 +21,21 @@ SEE_KEYS = ("object", "distance", "elevation", "azimuth", "roll", "coverage", "v
 """The keys of `see` in a [[camera]] of a recipe."""
 MAX_TRIES = 500
 PREVIEW_SIZE = 96
-"""The longer side in pixels of the preview that rejects most unsuitable views."""
+"""Longer side, in pixels, of the preview that rejects most unsuitable views."""
 
 
 def place_camera(
     world: World, camera: Camera, wanted: Mapping[str, Any], draw: RandomStream, what: str
 ) -> Camera:
-    """Samples a pose of `camera` that fulfils `wanted`, a function of the world, `wanted` and `draw` alone.
+    """Samples a pose of `camera` that fulfils `wanted`; returns the camera at this pose.
 
-    `wanted` has these keys. `object` is a name or a category, one of whose objects is chosen (default: any object with
-    a category, or any object). `distance` [low, high] is in metres to the centre of the object's box (default: 2 to 6
-    times the radius of the box). `elevation` (5 to 85) and `azimuth` (0 to 360) are the direction from the object to
-    the camera in degrees, `roll` (0) rotates the picture. `off_center` (0.2) is the largest offset of the object's
-    centre from the picture's, as a fraction of half the picture's sides. `coverage` [low, high] is the fraction of the
-    picture that shows the object (default: 0.001 to 1). `visible` (0.5) is the minimum fraction of the object that is
-    neither occluded nor outside the picture.
+    The pose depends only on the world, `wanted` and `draw`. `wanted` has these keys. `object` is a name or a
+    category, one of whose objects is chosen (default: any object with a category, or any object). `distance` [low,
+    high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box). `elevation` (5
+    to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll` (0) rotates the
+    image. `off_center` (0.2) is the largest offset of the object's centre from the image's, as a fraction of half the
+    image's sides. `coverage` [low, high] is the fraction of the image that shows the object (default: 0.001 to 1).
+    `visible` (0.5) is the minimum fraction of the object that is neither occluded nor outside the image.
 
     Raises `WorldError` if no such view is found.
     """
@@ -52,7 +52,7 @@ def place_camera(
     aside = range_of(f"{what}: off_center", wanted.get("off_center"), (0.2, 0.2))[1]
     if not 0.0 <= least <= 1.0 or not 0.0 <= coverage[0] <= coverage[1] <= 1.0:
         raise WorldError(
-            f"{what}: coverage and visible are shares, from 0 to 1, not {coverage} and {least}",
+            f"{what}: coverage and visible must be fractions from 0 to 1, got {coverage} and {least}",
             code="out_of_range",
         )
     if distance[0] <= 0.0:
@@ -66,7 +66,7 @@ def place_camera(
         if pose is None:
             continue
         placed = camera.at_pose(*pose)
-        # A small preview rejects most unsuitable views; the full picture decides.
+        # A small preview rejects most unsuitable views; the full image decides.
         share, visible = _seen(world, placed.resized(small_size) if scale < 0.5 else placed, number)
         away = float(lengths(pose[1] - box.center))
         best = min(filter(None, (best, (_lacking(share, visible, coverage, least), share, visible, away))))
@@ -78,7 +78,7 @@ def place_camera(
             return placed
     raise RejectedSample(
         f"{what}: after {MAX_TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
-        f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
+        f"{coverage[1]:g} of the image and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
         f"{_closest(best, box.size)}; wider ranges, another focal length or fewer things in the way would"
     )
 
@@ -97,7 +97,7 @@ def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
     if wanted is None:
         found = [item.id for item in objects if item.category is not None] or [item.id for item in objects]
         if not found:
-            raise RejectedSample(f"{what}: there is no object to see")
+            raise RejectedSample(f"{what}: the world has no object to show")
     else:
         found = [item.id for item in objects if wanted in (item.name, item.category)]
         names = [item.name for item in objects] + [
@@ -164,7 +164,7 @@ def _axes(forward: Floats, down: Floats) -> Floats:
 
 
 def _seen(world: World, camera: Camera, number: int) -> tuple[float, float]:
-    """The fraction of the picture that shows the object, and the visible fraction of the object."""
+    """The fraction of the image that shows the object, and the visible fraction of the object."""
     found: list[Label] = label(world, camera, objects=[number])
     if not found or not found[0].visible_pixels:
         return 0.0, 0.0

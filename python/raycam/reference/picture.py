@@ -48,12 +48,12 @@ def render_triangles(
     background: npt.ArrayLike = (0.0, 0.0, 0.0),
     progress: Progress | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
-    """A picture of triangles by the lecture's procedure, one exact ray through each pixel's centre.
+    """An image of triangles by the lecture's procedure, one exact ray through each pixel's centre.
 
     `triangles` are corners [n, 3, 3] in the world, `P` is the camera matrix [3, 4], finite, of rank 3, of any
     scale and sign. `size` is (width, height). `colors` [n, 3] are linear RGB per triangle (default white),
     `ids` [n, 2] are (instance, triangle) (default: instance 0 and the place in `triangles`). `progress(done, total)` is
-    told how many pixels are done; an exception that it raises stops the picture.
+    told how many pixels are done; an exception that it raises stops the image.
 
     Returns arrays [height, width, ...]:
 

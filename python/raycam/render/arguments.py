@@ -1,4 +1,4 @@
-"""Worlds and cameras as arguments: objects, paths of files, and names."""
+"""Conversion of arguments to worlds and cameras: objects, paths of files, and names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..world.load import load
 __all__ = ["SIDES", "UNPOSED", "camera_of", "is_unposed_within", "world_of"]
 
 SIDES = ("front", "back", "left", "right", "top", "bottom", "iso")
-"""Names of directions of `World.view_from`, which people may also pass as a camera."""
+"""Names of directions for `World.view_from`, which users may pass as a camera by mistake."""
 
 CALIBRATION_EXTENSIONS = (".yaml", ".yml", ".json", ".xml", ".txt", ".npz", ".csv", ".ini", ".toml", ".bin")
 
@@ -98,5 +98,7 @@ def _refuse_sides_and_files(name: str) -> None:
         )
     if os.path.splitext(name)[1].lower() in CALIBRATION_EXTENSIONS:
         raise with_code(
-            FileNotFoundError(errno.ENOENT, "No such file, and the world has no camera of this name", name)
+            FileNotFoundError(
+                errno.ENOENT, "file not found, and the world has no camera with this name", name
+            )
         )

@@ -1,4 +1,4 @@
-"""Pictures behind frames: photographs seen through a camera, pictures that cover a frame, and colours."""
+"""Backgrounds of frames: photographs of a camera, images that cover a frame, and colours."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
+from ..io.oriented_photo import read_oriented
 from ..srgb import linear_from_srgb, srgb_from_linear
 
 __all__ = ["numpy_background", "picture_behind"]
@@ -22,7 +23,7 @@ __all__ = ["numpy_background", "picture_behind"]
 Colors = npt.NDArray[np.float32]
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff", ".exr", ".hdr")
 MAX_SUBPIXELS = 8
-"""Points along each side of a pixel at which a larger picture is looked up, at most."""
+"""Maximum number of samples per pixel side when a larger image is resampled."""
 
 
 def numpy_background(given: Any) -> Any:
@@ -36,24 +37,26 @@ def numpy_background(given: Any) -> Any:
 
 
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
-    """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
+    """Returns the image behind a frame of `size` (width, height), [h, w, 3] in linear light, and notices.
 
-    `given` is a colour, the path of a picture, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
-    sRGB, floats linear), or a `Background`. A path is that of a photograph where it has the size of the frame, and of a
-    picture that covers the frame otherwise.
+    `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are
+    sRGB, floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other is
+    scaled until it covers the frame.
 
-    Raises `SettingsError` for what is none of these and for photographs of another size, `FormatError` and `OSError`.
+    Raises `SettingsError` for other types and for photographs of another size, and `FormatError` or `OSError` for
+    files.
     """
     width, height = size
     given = numpy_background(given)
     if isinstance(given, str) and Path(given).suffix.lower() not in PICTURES:
         return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
     if isinstance(given, str | os.PathLike):
-        pixels, notices = _read(given)
+        pixels, notices = _read(given, size, "auto")
         if pixels.shape == (height, width, 3):
             return pixels, notices
         message = (
-            f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
+            f"{os.fspath(given)} of {_size(pixels)} is scaled and cropped to cover the frame of {width} x "
+            f"{height}: only "
             "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
         )
         notices.append(Notice(message, "resampled_background"))
@@ -74,7 +77,8 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
 def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
     """A `Background` in linear light, and notices."""
     array = isinstance(given.image, np.ndarray)
-    pixels, notices = (_linear(given.image), []) if array else _read(given.image)
+    taken = size if given.camera is None else given.camera.size
+    pixels, notices = (_linear(given.image), []) if array else _read(given.image, taken, given.orientation)
     name, own = "the background" if array else os.fspath(given.image), (pixels.shape[1], pixels.shape[0])
     if given.fit == "cover":
         return (pixels if own == size else _covering(pixels, size)), notices
@@ -98,7 +102,7 @@ def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> 
     if own != taker.size:
         raise SettingsError(
             f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
-            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph",
+            "expected the same; camera.resized((width, height)) returns the camera of a scaled photograph",
             code="wrong_shape",
         )
     if camera is None:
@@ -119,7 +123,7 @@ def _lying(camera: Camera) -> Camera:
 def _warped(
     pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
 ) -> tuple[Colors, list[Notice]]:
-    """The picture of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
+    """The image of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
 
     Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
     """
@@ -145,7 +149,9 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        message = f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        message = (
+            f"{name}: {outside} pixels ({share:.3g} %) of the frame are outside the photograph and are black"
+        )
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return linear_from_srgb(seen), notices
@@ -163,7 +169,7 @@ def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[F
 
 
 def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
-    """A picture that covers a frame of `size`, cut evenly at the sides that are too long."""
+    """An image that covers a frame of `size`, cut evenly at the sides that are too long."""
     own_height, own_width = pixels.shape[:2]
     width, height = size
     scale = max(width / own_width, height / own_height)
@@ -181,12 +187,12 @@ def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
 
 
 def _subpixels(step: float) -> int:
-    """Points along each side of a pixel that a picture is looked up at, of which `step` pixels make one."""
+    """Points along each side of a pixel that an image is looked up at, of which `step` pixels make one."""
     return min(MAX_SUBPIXELS, max(1, math.ceil(step - 0.05)))
 
 
 def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
-    """Values [n, 3] between the pixels of a picture, 0 beside it, and True [n] inside."""
+    """Values [n, 3] between the pixels of an image, 0 beside it, and True [n] inside."""
     height, width = shown.shape[:2]
     with np.errstate(invalid="ignore"):
         within = (places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)
@@ -200,13 +206,18 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[Notice]]:
-    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
+def _read(
+    path: str | os.PathLike[str], size: tuple[int, int], orientation: str
+) -> tuple[Colors, list[Notice]]:
+    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
+
+    `size` is that of the camera that took it, by which its EXIF orientation is applied or not.
+    """
     try:
-        pixels, notices = _core.read_picture(path, False)
+        pixels, notices = read_oriented(path, size, orientation)
     except FormatError as fault:
         raise FormatError(
-            f"{fault}; expected a PNG or JPEG picture as a background", code="unknown_format"
+            f"{fault}; expected a PNG or JPEG image as a background", code="unknown_format"
         ) from None
     return np.ascontiguousarray(pixels[..., :3]), list(notices)
 
@@ -238,7 +249,7 @@ def _color(color: Any) -> Colors:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)
     except WorldError as fault:
         raise SettingsError(
-            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}",
+            f"background {color!r} is neither a colour nor a .png or .jpg image: {str(fault).splitlines()[0]}",
             code="wrong_type",
         ) from None
     found: Colors = probe.triangle_colors()[0]

@@ -11,9 +11,9 @@ MASK = (1 << 64) - 1
 
 
 def camera_seed(seed: int, index: int) -> int:
-    """The seed of the camera with this index among cameras that take images at the same time.
+    """Returns the seed of the camera with this index among cameras that take images at the same time.
 
-    Camera 0 has the seed itself. The images of all cameras have independent noise: with a common seed, equal pixels
+    Camera 0 has the given seed. The images of the cameras have independent noise. With a common seed, equal pixels
     would have equal random numbers, and a stereo matcher would match the noise at disparity 0 instead of the scene.
 
     Source: SplitMix64, G. L. Steele, D. Lea and C. H. Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
@@ -27,7 +27,7 @@ def camera_seed(seed: int, index: int) -> int:
 
 
 def with_camera_seed(options: Mapping[str, Any], index: int) -> dict[str, Any]:
-    """The options of `raycam.render` with the seed of the camera with this index.
+    """Returns the options of `raycam.render` with the seed of the camera with this index.
 
     Options without random numbers, and invalid seeds, which `raycam.render` refuses, are unchanged.
     """

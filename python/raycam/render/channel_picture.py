@@ -1,4 +1,4 @@
-"""Pictures of channels that are no colours, by fixed rules, and JPEG."""
+"""Images of channels that are not colours, by fixed rules, and JPEG encoding."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ UNIT_VECTOR_CHANNELS = ("normal", "normal_camera", "shading_normal", "shading_no
 
 
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """A channel [h, w, ...] as an sRGB picture, uint8 [h, w, 3]; the background is black.
+    """Returns a channel [h, w, ...] as an sRGB image, uint8 [h, w, 3]; the background is black.
 
     * `color`, `albedo` and `shadow`: sRGB, as in PNG.
     * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
-    * ids: a colour each, which depends on the id alone: hue id * 0.618034 (modulo 1), saturation and value between 0.55
-      and 1.
+    * ids: one colour per id, which depends on the id only: hue id * 0.618034 (modulo 1), saturation and value between
+      0.55 and 1.
     * `barycentric`: the weights as red, green and blue. `uv`: u and v (modulo 1) as red and green.
-    * `position`: x, y and z from the lowest to the highest value of the picture as red, green and blue.
-    * other numbers: viridis from the lowest (dark) to the highest finite value of the picture; `depth` and `distance`
-      from the farthest (dark) to the nearest; `coverage` and `alpha` from 0 to 1.
+    * `position`: x, y and z as red, green and blue, each scaled from the image's lowest to its highest value.
+    * other numbers: the colour map viridis from the image's lowest (dark) to its highest finite value; for `depth` and
+      `distance` from the farthest (dark) to the nearest; for `coverage` and `alpha` from 0 to 1.
     """
     if name in ("color", "albedo", "shadow"):
         return np.asarray(_core.srgb_from_linear(np.ascontiguousarray(plane, np.float32), 1.0, 8, "standard"))
@@ -89,7 +89,7 @@ def _ids(plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def encode_jpeg(rgb: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
-    """The bytes of a JPEG file of sRGB [h, w, 3]; 1 <= `quality` <= 100.
+    """Returns the bytes of a JPEG file of an sRGB image [h, w, 3]; 1 <= `quality` <= 100.
 
     Raises `FormatError` above 65,535 pixels a side.
     """

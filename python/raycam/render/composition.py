@@ -1,4 +1,4 @@
-"""Compositions: frames laid over pictures, with the shadows that fall on what a picture shows."""
+"""Composition of frames with background images, including shadows on the background."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ __all__ = ["over", "shadow_ratio", "studio_shadow"]
 
 Colors = npt.NDArray[np.float32]
 MIN_STUDIO_SHADE = 0.04
-"""The part of the light that a shadow in the studio takes at least: less is the noise of the samples."""
+"""Minimum fraction of light that a studio shadow removes; smaller differences are sampling noise."""
 MIN_CATCHER_RADIANCE = 1e-9
-"""The radiance of a shadow catcher up to which nothing lights it."""
+"""Radiance up to which a shadow catcher counts as unlit."""
 
 
 def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
-    """The frame, rendered with `transparent_background=True`, in front of a background; see `Frame.over`.
+    """Returns a frame, rendered with `transparent_background=True`, in front of a background; see `Frame.over`.
 
-    The result shows the frame as its exposure and view have it, and the picture as it is. `keep` names channels of
-    `alpha` and `shadow` that the result has too. Raises `SettingsError` for a frame without opacity, and the errors of
-    `picture_behind`.
+    The frame's exposure and view apply to the frame only; the background's values are unchanged. `keep` lists which
+    of the channels `alpha` and `shadow` the result also contains. Raises `SettingsError` for a frame without opacity,
+    and the errors of `picture_behind`.
     """
     if not (frame.transparent and "color" in frame and "alpha" in frame):
         raise SettingsError(
@@ -59,10 +59,10 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
 
 
 def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) -> Colors:
-    """The channel `shadow` [h, w, 3]: the light that shadow catchers leave to the background that the objects show.
+    """Returns the channel `shadow` [h, w, 3], the factor by which shadow catchers darken the background.
 
-    `alpha` is that of the objects; `caught` and `free` have colour and alpha of the catchers alone, lit with the
-    objects and without them.
+    `alpha` is the objects' opacity. `caught` and `free` contain colour and alpha of the catchers alone, lit with and
+    without the objects.
     """
     share, whole = caught["alpha"][..., np.newaxis], free["alpha"][..., np.newaxis]
     left = 1 - alpha[..., np.newaxis]
@@ -74,7 +74,7 @@ def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) ->
 
 
 def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
-    """The frame with the shadow of the studio's floor; `shadowed` is the same picture with that floor."""
+    """Returns the frame with the shadow on the studio's floor; `shadowed` is the image rendered with that floor."""
     color, left, lit = frame["color"], 1 - frame["alpha"][..., np.newaxis], shadowed["color"]
     floor = np.clip(lit - color, 0, left * FLOOR)
     share = floor / np.maximum(left * np.float32(FLOOR), np.float32(1e-6))

@@ -1,7 +1,7 @@
 """Denoising with Open Image Denoise: the `raycam[denoise]` extra.
 
-A neural network estimates the picture: smooth, but biased. Its guides, base colour and normal of the pixel-centre ray,
-have no noise. They are still filtered first, because their edges are not anti-aliased.
+A neural network estimates a smooth image, which is biased. Its guides, the base colour and normal of the pixel-centre
+ray, are free of noise. They are still filtered first, because their edges are not anti-aliased.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ def load() -> Any:
         import pyoidn
     except ImportError as error:
         raise SettingsError(
-            f"denoising needs Open Image Denoise ({error}): pip install 'raycam[denoise]', or leave denoise out",
+            f"denoising requires Open Image Denoise ({error}); pip install 'raycam[denoise]', or omit denoise",
             code="missing_dependency",
         ) from None
     return pyoidn
 
 
 def denoise(color: Image, albedo: Image, normal: Image) -> Image:
-    """Denoised linear radiance, float32 [h, w, 3] like all arguments.
+    """Returns denoised linear radiance, float32 [h, w, 3]; all arguments have this shape and type.
 
     `albedo` is the base colour; `normal` has unit length or is 0. Raises `SettingsError` if the library is missing or
     fails.
@@ -63,10 +63,11 @@ def denoise(color: Image, albedo: Image, normal: Image) -> Image:
 
 
 def denoise_premultiplied(color: Image, alpha: Image, albedo: Image, normal: Image) -> Image:
-    """Denoised linear radiance that is premultiplied by `alpha` [h, w], float32 [h, w, 3]; 0 where alpha is 0.
+    """Returns denoised linear radiance, premultiplied by `alpha` [h, w]: float32 [h, w, 3]; 0 where alpha is 0.
 
-    The network sees the colour itself, so that an edge is no noise to it, and the background in the mean colour of what
-    is there, since black beside an edge would darken it. `denoise` describes the other arguments and the errors.
+    The network receives unpremultiplied colour, so that it does not treat edges as noise. Transparent pixels get the
+    mean colour of the image, because black next to an edge would darken the edge. `denoise` describes the other
+    arguments and the errors.
     """
     there = (alpha > 0)[..., np.newaxis]
     opacity = alpha[..., np.newaxis]

@@ -1,4 +1,4 @@
-"""Fireflies: pixels that one rare path makes far brighter than those around them, and where its light comes from."""
+"""Fireflies: pixels that a single rare path makes far brighter than their neighbours, and the source of that light."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from ..errors import Notice
 __all__ = ["bright_pixels", "firefly_notices"]
 
 MIN_FIREFLY_SAMPLES = 256
-"""Samples per pixel from which bright pixels are no longer noise that everyone expects."""
+"""Minimum samples per pixel for a notice; with fewer samples, bright pixels are ordinary noise."""
 FIREFLY_RATIO = 20.0
-"""A firefly is this much brighter than the median of its neighbours."""
+"""Minimum ratio of a firefly's brightness to the median of its neighbours."""
 MIN_PATH_SHARE = 0.5
-"""One path brings at least this part of the light of a firefly."""
+"""Minimum fraction of a firefly's light that a single path contributes."""
 MAX_TRACED_PIXELS = 64
-"""Pixels whose paths are traced again, at most: the brightest."""
+"""Maximum number of pixels, the brightest ones, whose paths are traced again."""
 MAX_NAMED_PATHS = 3
-"""Ways of light that a notice names, at most."""
+"""Maximum number of light paths that a notice lists."""
 DISTANCE_TOLERANCE = 1e-3
-"""The relative difference of distances that are the same."""
+"""Relative difference up to which two distances count as equal."""
 SKY_TYPES = ("environment", "sky", "daylight")
 SUN_TYPES = ("sun", "daylight")
 DAYLIGHT_SUN_DIAMETER_DEG = 0.53
-"""Degrees, of a daylight's sun."""
+"""Diameter of a daylight's sun, in degrees."""
 SUN_MARGIN_DEG = 0.1
-"""Degrees that a ray to a sun may lie beside its disk."""
+"""Maximum angle between a sun's disk and a ray that counts as hitting it, in degrees."""
 
 Pixels = npt.NDArray[np.int64]
 Vector = npt.NDArray[np.float64]
@@ -42,9 +42,9 @@ Vector = npt.NDArray[np.float64]
 def firefly_notices(
     world: World, camera: Camera, color: npt.NDArray[np.float32], request: dict[str, Any]
 ) -> Iterator[Notice]:
-    """Yields a notice of the fireflies of a whole picture [h, w, 3] of 256 samples per pixel or more, if it has any.
+    """Yields a notice of the fireflies of a whole image [h, w, 3] of 256 samples per pixel or more, if it has any.
 
-    It says which lights and objects they come from: the paths of such pixels are traced again.
+    The notice names the lights and objects that cause the fireflies; for this, their paths are traced again.
     """
     timed, clamped = request.get("time_limit") is not None, request.get("clamp") is not None
     if request["integrator"] != "path" or request["samples"] < MIN_FIREFLY_SAMPLES or timed or clamped:
@@ -73,8 +73,10 @@ def firefly_notices(
 
 
 def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
-    """The pixels [n, 2], x and y, of an image [h, w, 3] that are 20 times as bright as the median of their neighbours,
-    the brightest first. Neighbours beyond the border count as those at it; black surroundings have no such pixels.
+    """Returns the pixels [n, 2] (x, y) of an image [h, w, 3] that are 20 times as bright as their neighbours' median.
+
+    The brightest pixel is first. The image's border pixels are repeated beyond its edges; pixels with black
+    neighbours are not included.
     """
     light = color.max(axis=2)
     height, width = light.shape

@@ -32,7 +32,7 @@ Channels = dict[str, npt.NDArray[Any]]
 
 
 class Frame(Mapping[str, npt.NDArray[Any]]):
-    """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
+    """An image with its ground truth: a mapping from channel names to arrays, row 0 at the top.
 
     ===================== ======= ========= =========================================================== ==========
     channel               dtype   shape                                                                 background
@@ -78,15 +78,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         self.camera = camera
         """The camera; None for a frame merged from several cameras."""
         self.size = size
-        """(width, height) of the whole picture."""
+        """(width, height) of the whole image."""
         self.region = region or (0, 0, *size)
         """(x, y, width, height) of the part that the arrays hold."""
         self.exposure = exposure
-        """The exposure of sRGB pictures in stops, each of which doubles the brightness; the arrays do not change."""
+        """The exposure of sRGB images in stops, each of which doubles the brightness; the arrays do not change."""
         self.view = view
-        """The view transform of sRGB pictures for values above 1: one of `VIEWS`."""
+        """The view transform of sRGB images for values above 1: one of `VIEWS`."""
         self.transparent = transparent
-        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity.
+        """True for a transparent background: the colour is premultiplied by `alpha`, and images have an opacity.
 
         Their opacity is that of the objects and of the mean shadow; EXR has the two apart.
         """
@@ -134,15 +134,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return len(self._channels)
 
     def to_srgb8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
-        """The colour as 8-bit sRGB [h, w, 3], as in PNG and video, clamped to 0..255.
+        """Returns the colour as 8-bit sRGB [h, w, 3], as in PNG and video, clamped to 0..255.
 
-        `exposure` in stops and `view` replace the frame's own. "standard" shows radiance unchanged, with 1 as white
-        (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress brighter values.
+        `exposure` in stops and `view` replace the frame's own values. "standard" shows radiance unchanged, with 1 as
+        white (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress brighter values.
         """
         return self._srgb(8, exposure, view)
 
     def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
-        """Colour and opacity as 8-bit sRGB [h, w, 4], for compositing; the colour is not premultiplied.
+        """Returns colour and opacity as 8-bit sRGB [h, w, 4], for compositing; the colour is not premultiplied.
 
         Raises `SettingsError` for a frame that is not `transparent`.
         """
@@ -151,7 +151,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if not (self.transparent and "alpha" in self._channels):
             raise SettingsError(
-                "no opacity: render it with transparent_background=True and the channels color and alpha",
+                "the frame has no opacity; render it with transparent_background=True and the channels color and alpha",
                 code="missing_value",
             )
         alpha = self._channels["alpha"][..., np.newaxis]
@@ -168,7 +168,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
             raise SettingsError(
-                f"no picture without the channel color; this frame has {', '.join(self._channels)}",
+                f"the channel color is missing; this frame has {', '.join(self._channels)}",
                 code="missing_value",
             )
         stops = self.exposure if exposure is None else check_option("exposure", exposure)
@@ -191,16 +191,16 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """Writes the frame to a .png, .jpg, .exr, .hdr, .npz or .html file atomically.
 
         PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
-        "pbr_neutral", see `to_srgb8`). JPEG: the same with 8 bits, without opacity. Either shows another channel, for
-        looking at, if the frame has no other or `channel` names it, by the rules of
-        `raycam.render.channel_picture.channel_picture`. HDR: the colour in linear light, four bytes a pixel. EXR: all
-        channels as named layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in
-        the header; `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region,
-        pixel_center.
-        HTML: a page that shows all channels and every number, offline, with the options of `show`.
+        "pbr_neutral", see `to_srgb8`). JPEG: the same with 8 bits, without opacity. PNG and JPEG show another channel
+        if `channel` names it or the frame has no other, by the rules of
+        `raycam.render.channel_picture.channel_picture`. HDR: the colour in linear light, four bytes per pixel. EXR:
+        all channels as named layers in linear float32 (`half=True`: float16), ids as uint32, with camera and
+        conventions in the header; `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size,
+        region, pixel_center. HTML: a page that works offline and shows all channels with their values; it accepts the
+        options of `show`.
 
-        Raises `FormatError` for other endings, `SettingsError` for options that the format does not have and for a PNG
-        without colour, and `OSError` if the file cannot be written.
+        Raises `FormatError` for other endings, `SettingsError` for options that the format does not support and if
+        the format cannot show the frame's channels, and `OSError` if the file cannot be written.
         """
         target = Path(path)
         options = _options(bits=bits, half=half, exposure=exposure, view=view, channel=channel, **page)
@@ -209,28 +209,33 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         atomic_files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
     def show(self, **options: Any) -> Any:
-        """Shows all channels with every number: in a notebook in its cell, elsewhere in the browser.
+        """Shows all channels with their values: in a notebook's cell, or else in the browser.
 
-        Options, of `save` to an .html file as well: `world` names objects and categories; `explain` are pixels
-        (column, row) whose explanation is included; `compare` is a second frame; `arrays` are more planes by name,
-        [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view` and
-        `channel` are shown first; `title`.
-        `live=True` puts the `world` and raycam itself into the page, which then renders: orbit, channels, explanations.
-        Returns the path of the page where it was opened in a browser.
+        Options, also of `save` to an .html file: `world` provides the names of objects and categories; `explain` is a
+        list of pixels (column, row) whose explanations are included; `compare` is a second frame; `arrays` are
+        further planes by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}; `half=True` rounds colours to
+        float16; `exposure`, `view` and `channel` are the initial settings; `title` is the page's title. With
+        `live=True`, the page contains the `world` and raycam itself, and renders new views, channels and
+        explanations.
+
+        Returns the page's path if it was opened in a browser.
         """
         from ..viewer.page import show
 
         return show(self, **options)
 
     def over(self, background: Any) -> Frame:
-        """The frame in front of a background: a colour, a picture's path, an array [h, w, 3], or a `raycam.Background`.
+        """Returns the frame in front of a background: a colour, an image's path, an array [h, w, 3] or a
+        `raycam.Background`.
 
-        The frame is one that was rendered with `transparent_background=True`. A photograph of the frame's size is used
-        pixel by pixel, and its values stay as they are, whatever the frame's exposure and view; where the frame has the
-        channel `shadow`, it is darkened by it. Another picture is enlarged and cut to cover the frame, with a notice; a
-        `Background` with the camera that took it is warped. Arrays are linear light, or bytes in sRGB. The result is
-        opaque: color + (1 - alpha) shadow background in linear light. Raises `SettingsError` for a frame without
-        opacity and for what is no background, `FormatError` and `OSError` for files.
+        The frame must have been rendered with `transparent_background=True`. A photograph of the frame's size is used
+        pixel by pixel; the frame's exposure and view do not change its values, but the channel `shadow` darkens it.
+        An image of another size is scaled and cropped to cover the frame, with a notice; a `Background` with the
+        camera that took it is warped. Float arrays are linear light, uint8 and uint16 are sRGB. The result is opaque:
+        color + (1 - alpha) * shadow * background in linear light.
+
+        Raises `SettingsError` for a frame without opacity and for an invalid background, `FormatError` and `OSError`
+        for files.
         """
         from .composition import over
 
@@ -248,9 +253,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         view: str | None = None,
         channel: str | None = None,
     ) -> bytes:
-        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`.
+        """Returns the colour as a PNG file in sRGB with 8 or 16 bits per channel, with opacity if the frame is
+        `transparent`.
 
-        Another `channel` is a picture by the rules of `raycam.render.channel_picture`, 8 bits.
+        `channel` selects another channel, which is shown by the rules of `raycam.render.channel_picture` with 8 bits.
         """
         shown = self._shown(channel)
         if shown != "color":
@@ -266,7 +272,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_png(pixels(bits, exposure, view))
 
     def _shown(self, channel: str | None) -> str:
-        """The channel that a picture shows: the one asked for, colour, or the only one."""
+        """The channel that an image shows: the one asked for, colour, or the only one."""
         if channel is not None:
             return one_of("channel", channel, list(self._channels))
         return "color" if "color" in self._channels else next(iter(self._channels))
@@ -274,7 +280,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def to_jpeg(
         self, exposure: float | None = None, view: str | None = None, channel: str | None = None
     ) -> bytes:
-        """The bytes of a JPEG file (baseline, quality 92) of what `to_png` shows with 8 bits, without opacity."""
+        """Returns the same image as `to_png` as a JPEG file (baseline, quality 92), with 8 bits and without opacity."""
         shown = self._shown(channel)
         if shown == "color":
             return encode_jpeg(self.to_srgb8(exposure, view))
@@ -319,14 +325,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """The largest distance in pixels between a pixel's centre and the image of the surface point in that pixel.
 
         The point is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns
-        0 for an empty picture, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
+        0 for an empty image, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
         may show a point twice; the first image counts.
 
         Raises `SettingsError` without these channels or a camera.
         """
         if self.camera is None:
             raise SettingsError(
-                "this frame has no camera: it was merged from those of several", code="missing_value"
+                "this frame has no camera, because it was merged from frames of several cameras",
+                code="missing_value",
             )
         x, y, width, height = self.region
         centers = self.camera._centers()[y : y + height, x : x + width]
@@ -352,7 +359,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:
-        """Merges disjoint parts of one picture that fill a rectangle; equals rendering them at once, bit for bit.
+        """Merges disjoint parts of one image that fill a rectangle; equals rendering them at once, bit for bit.
 
         Raises `SettingsError` if parts overlap, leave a gap, or differ in size or channels.
         """
@@ -390,9 +397,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
 
 PICTURES = (".png", ".jpg", ".jpeg")
-"""Endings of pictures for looking at."""
+"""Endings of files for display, which store 8-bit or 16-bit sRGB."""
 OPAQUE = (".jpg", ".jpeg", ".hdr")
-"""Endings of pictures without opacity."""
+"""Endings of files without opacity."""
 
 # File formats by ending: the encoder and its options.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
@@ -410,7 +417,7 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
 
 
 def encoded(frame: Frame, name: str | os.PathLike[str], **options: Any) -> bytes:
-    """The bytes of a file of this name, as `Frame.save` writes it; raises its errors."""
+    """Returns the bytes that `Frame.save` writes to a file of this name; raises its errors."""
     target, given = Path(name), _options(**options)
     _check(target, frame.channels, given)
     warn_all(_losses(target, frame, given))
@@ -426,10 +433,10 @@ def check_save(
     half: bool | None = None,
     transparent: bool = False,
 ) -> None:
-    """Checks, before rendering, that a file at `path` holds all of a frame of `size` with `channels`.
+    """Checks, before rendering, that a file at `path` can store all `channels` of a frame of `size`.
 
-    Raises the errors of `Frame.save`, and `SettingsError` for what would be lost: other channels beside the colour of a
-    picture, and the opacity of a `transparent` frame.
+    Raises the errors of `Frame.save`, and `SettingsError` if the file would lose channels or the opacity of a
+    `transparent` frame.
     """
     target = Path(path)
     names = list(channels)
@@ -440,13 +447,13 @@ def check_save(
         others = [name for name in names if name not in held]
         if others:
             raise SettingsError(
-                f"{target}: a {ending} file holds the channel color alone, and {', '.join(others)} would be lost: save"
-                " it as .exr or .npz",
+                f"{target}: a {ending} file stores only the channel color; {', '.join(others)} would be "
+                "lost; save as .exr or .npz",
                 code="cannot_write",
             )
     if transparent and ending in OPAQUE:
         raise SettingsError(
-            f"{target}: a {ending} file has no opacity: take .png or .exr", code="cannot_write"
+            f"{target}: a {ending} file cannot store opacity; use .png or .exr", code="cannot_write"
         )
     if target.suffix.lower() in (*PICTURES, ".hdr"):
         names = ["color"] if "color" in names else names[:1]
@@ -459,9 +466,7 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
     ending = target.suffix.lower()
     shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:
-        message = (
-            f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
-        )
+        message = f"{target}: a {ending} file cannot store opacity and shows the colour over black; use .png or .exr"
         yield Notice(message, "not_written")
     if ending == ".exr" and flag("half", options.get("half", False)):
         lost = {}
@@ -475,7 +480,7 @@ def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[
         if counts:
             message = (
                 f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
-                " half=False holds them"
+                " use half=False to keep them"
             )
             yield Notice(message, "values_lost")
 
@@ -497,7 +502,7 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
             )
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
         raise FormatError(
-            f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}", code="unknown_format"
+            f"{target}: {guess}; images can be saved as {', '.join(SAVERS)}", code="unknown_format"
         )
     names = list(channels)
     if ending in PICTURES and "color" not in names and options.get("channel") is None and len(names) > 1:

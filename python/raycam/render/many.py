@@ -1,4 +1,4 @@
-"""Many pictures in one call: of many poses of objects, and of many cameras."""
+"""Rendering of many images in one call: many poses of objects, and many cameras."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ Pixels = dict[str, npt.NDArray[Any]]
 
 
 class Frames(Sequence[Frame]):
-    """Pictures of one size.
+    """The images that `render_many` returns, all of one size.
 
-    `frames["depth"]` is [n, h, w] or [n, h, w, c], `frames[i]` a `Frame` that shares its memory.
+    `frames["depth"]` is an array [n, h, w] or [n, h, w, c]; `frames[i]` is a `Frame` that shares its memory.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Frames(Sequence[Frame]):
         return tuple(self._channels)
 
     def __len__(self) -> int:
-        """The number of pictures."""
+        """The number of images."""
         return len(next(iter(self._channels.values())))
 
     def __getitem__(self, key: Any) -> Any:
@@ -86,11 +86,11 @@ class Frames(Sequence[Frame]):
         )
 
     def __iter__(self) -> Iterator[Frame]:
-        """Iterates over the pictures."""
+        """Iterates over the images."""
         return (self[i] for i in range(len(self)))
 
     def _repr_html_(self) -> str:
-        """The first eight pictures that a notebook shows: the colour, or else the first channel."""
+        """The first eight images that a notebook shows: the colour, or else the first channel."""
         from html import escape  # imported here: `import raycam` does not wait for it
 
         shown = []
@@ -123,29 +123,31 @@ def render_many(
     progress: Callable[[int, int], object] | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frames:
-    """Renders many pictures of a world, with other poses of its objects and other cameras; the world stays as it is.
+    """Renders many images of a world with different object poses and cameras; the world is not changed.
 
-    `poses` gives the matrix world_from_mesh [4, 4] of objects by name or number, or one for each picture, [n, 4, 4]:
-    `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all pictures or one
-    for each, of one size. Picture i is byte for byte that of `render` with the poses i, the camera i and `frame` + i,
-    for any number of threads, also before the photographs of the cameras (`Camera.background`) and with the shadows of
-    shadow catchers. Other arguments are those of `render`, but for `denoise` and `time_limit`.
+    `poses` maps objects, by name or number, to a matrix world_from_mesh [4, 4] for all images, or to one for each
+    image, [n, 4, 4]: `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for
+    all images, or a list with one for each image; all have the same size. `joints` maps robots, by name, to joint
+    values as in `World.set_joints`, or to one row for each image: `joints={"panda": q}` with q [n, k]. Cameras
+    mounted on these robots (`Camera.mounted`) move with them.
 
-    `joints` gives the joint values of robots by name, as `World.set_joints` takes them, or one row for each picture:
-    `joints={"panda": q}` with q [n, k]. Cameras on these robots (`Camera.mounted`) follow.
+    Image i has the same bytes as `render` with the poses i, the camera i and `frame` + i, for any number of threads,
+    including background photos (`Camera.background`) and shadows on shadow catchers. The other arguments are those of
+    `render`, except `denoise` and `time_limit`.
 
-    Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` gives arrays by channel that are
-    written instead of new ones: C-contiguous, of the channel's type, [n, h, w] or [n, h, w, c]. `progress(done, total)`
-    counts pictures; an exception that it raises stops the work, as Ctrl-C does.
+    Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` maps channels to arrays that are
+    filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].
+    `progress(done, total)` counts images; an exception that it raises stops the work, as Ctrl-C does.
 
-    Raises `WorldError` for objects that there are not and poses that flatten, `SettingsError` for lengths and shapes
-    that do not match, and the errors of `render`.
+    Raises `WorldError` for unknown objects and singular poses, `SettingsError` for wrong shapes, and `render`'s errors.
     """
     world = world_of(world)
     several = cameras if isinstance(cameras, Sequence) and not isinstance(cameras, str) else [cameras]
     seen = [camera_of(world, mounted_camera(world, camera)) for camera in several]
     if not seen:
-        raise SettingsError("cameras is empty: expected one, or one for each picture", code="missing_value")
+        raise SettingsError(
+            "cameras is empty; expected one camera, or one for each image", code="missing_value"
+        )
     _check_sizes(seen)
     moved, seen = _by_joints(world, seen, poses, joints)
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
@@ -219,7 +221,7 @@ def _refuse_single(options: Mapping[str, Any]) -> None:
 
 
 def _is_composed(world: World, names: Sequence[str], behind: Sequence[Any], transparent: bool) -> bool:
-    """True if pictures are laid over photographs, or show the shadows of catchers."""
+    """True if images are laid over photographs, or show the shadows of catchers."""
     photographs = any(one is not None for one in behind)
     over = photographs and "color" in names and not transparent
     return over or (world._core.has_catchers and (transparent or photographs))
@@ -235,7 +237,7 @@ def _composed(
     progress: Callable[[int, int], object] | None,
     asked: dict[str, Any],
 ) -> Frames:
-    """The pictures with photographs behind them, or shadows of catchers, each by `render` with the options `asked`."""
+    """The images with photographs behind them, or shadows of catchers, each by `render` with the options `asked`."""
     number = whole("frame", first, 0, (1 << 32) - count)
     copied = copy.copy(world)
     arrays: Pixels = {}
@@ -278,7 +280,7 @@ def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
-            f"poses[{which!r}]: the last row must be 0 0 0 1: are the matrices transposed?",
+            f"poses[{which!r}]: the last row must be 0 0 0 1; the matrices may be transposed",
             code="invalid_matrix",
         )
     return found.reshape(-1, 4, 4)
@@ -289,19 +291,19 @@ def _check_sizes(cameras: Sequence[Camera]) -> None:
     if any(camera.size != cameras[0].size for camera in cameras):
         sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in cameras}))
         raise SettingsError(
-            f"cameras of {sizes} pixels: pictures of one call have one size", code="wrong_shape"
+            f"cameras of {sizes} pixels; all images of a call must have the same size", code="wrong_shape"
         )
 
 
 def _count(lengths: dict[str, int]) -> int:
-    """The number of pictures; raises `SettingsError` for lengths that do not match."""
+    """The number of images; raises `SettingsError` for lengths that do not match."""
     count = max(lengths.values())
     if 0 in lengths.values():
         empty = next(name for name, length in lengths.items() if length == 0)
-        raise SettingsError(f"{empty} is empty: expected one, or one for each picture", code="missing_value")
+        raise SettingsError(f"{empty} is empty; expected one, or one for each image", code="missing_value")
     if any(length not in (1, count) for length in lengths.values()):
         said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
-        raise SettingsError(f"{said}: expected one for all pictures, or as many of each", code="wrong_shape")
+        raise SettingsError(f"{said}; expected one for all images, or equal numbers", code="wrong_shape")
     return count
 
 

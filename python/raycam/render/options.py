@@ -1,4 +1,4 @@
-"""Options of a render: names, types, defaults, ranges and descriptions, from the core's table."""
+"""Render options: names, types, defaults, ranges and descriptions, from the core's table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ View = Literal["standard", "agx", "pbr_neutral"]
 class RenderOptions(TypedDict, total=False):
     """The keyword arguments of `render` that `[render]` of a world file may set as well; None counts as not given.
 
-    The docstring of `render` describes them.
+    The docstring of `render` describes each keyword.
     """
 
     integrator: Integrator | None

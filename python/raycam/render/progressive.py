@@ -1,4 +1,4 @@
-"""Progressive pictures: samples are added in slices, for as long as one looks."""
+"""Progressive images, to which samples are added until the result is good enough."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 __all__ = ["Cancel", "Progressive", "progressive"]
 
 SAMPLED_CHANNELS = ("color", "alpha", "coverage", "error")
-"""The channels that change with samples."""
+"""Channels that depend on the number of samples."""
 MAX_SLICE_S = 1e6
 """Longest slice of `add_for`, in seconds."""
 
 
 class Progressive:
-    """A picture to which samples are added. At any time it is that of `render` with as many samples, to the bit."""
+    """An image to which samples are added; it is always bit-identical to `render` with the same number of samples."""
 
     def __init__(
         self,
@@ -41,18 +41,17 @@ class Progressive:
         transparent_background: bool = False,
         **options: Unpack[RenderOptions],
     ) -> None:
-        """Creates an image of `world`, seen by `camera`, without samples.
+        """Creates an image of `world` as `camera` shows it, without any samples yet.
 
         `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
         truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
-        stops.
-        `options` are the options of `render` except `noise_threshold` and `time_limit`. Shadow catchers are surfaces;
-        the studio and backgrounds are not supported.
+        stops. `options` are the options of `render` except `noise_threshold` and `time_limit`. Shadow catchers are
+        shown as ordinary surfaces; the studio and backgrounds are not supported.
 
-        Each tile of 32 x 32 pixels or fewer has its own number of samples n. Its pixels are those of
-        `render(samples=n)`, independent of the slices and of the number of threads. Some numbers change how the image
-        is computed (from 1 to 2, up to 16 in textured worlds, and once if a larger number makes another tree
-        worthwhile); the tile is then sampled from scratch.
+        Each tile of 32 x 32 pixels or fewer has its own number of samples n. Its pixels are identical to
+        `render(samples=n)`, independent of the calls that added the samples and of the number of threads. Some
+        changes of n change how the image is computed: from 1 to 2, up to 16 in textured worlds, and once when a
+        larger n makes another acceleration structure faster. The tile is then sampled from scratch.
 
         Raises `SettingsError` for other channels and options, and the errors of `render`.
         """
@@ -105,14 +104,14 @@ class Progressive:
 
     @property
     def samples(self) -> int:
-        """The samples of the pixel that has the fewest."""
+        """The smallest number of samples of any pixel."""
         return self._core.samples(None)
 
     def add(self, samples: int = 1, *, region: Region | None = None, cancel: Cancel | None = None) -> int:
-        """Adds samples to every pixel, or those of `region` (x, y, width, height) and the squares that it touches.
+        """Adds samples to all pixels, or to the tiles that touch `region` (x, y, width, height).
 
-        Pixels that have more than others get fewer. Returns the samples of the pixel there that has the fewest. Raises
-        `Cancelled` once `cancel` is cancelled; every pixel is then a picture of the samples that it has.
+        Tiles with more samples than others get fewer new ones. Returns the smallest number of samples of a pixel in
+        the region. Raises `Cancelled` when `cancel` is cancelled; the samples added so far are kept.
         """
         count = whole("samples", samples, 1, MAX_SAMPLES)
         area = None if region is None else check_region(region)
@@ -121,15 +120,17 @@ class Progressive:
         return self._core.samples(area)
 
     def add_for(self, seconds: float, *, cancel: Cancel | None = None) -> int:
-        """Adds samples for about this time, from the middle outwards, and returns the samples of all pixels.
+        """Adds samples for about `seconds`, from the centre outwards; returns the smallest number of samples of any
+        pixel.
 
-        It ends at a square of pixels, and at the picture's `samples`. Raises `Cancelled` as `add` does.
+        It finishes the tile that it has begun, and stops when all pixels have the image's `samples`. Raises
+        `Cancelled` as `add` does.
         """
         slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")
         return self._core.add_for(slice_s, cancel)
 
     def frame(self) -> Frame:
-        """The picture as it is. Raises `SettingsError` while a pixel has no sample."""
+        """Returns the current image; raises `SettingsError` while a pixel has no sample."""
         planes, area, notices = self._core.develop()
         return Frame(
             planes,
@@ -149,7 +150,7 @@ class Progressive:
         camera: Camera | str | os.PathLike[str] | None = None,
         **settings: Any,
     ) -> Self:
-        """Begins anew, with another world, camera or settings where they are given."""
+        """Removes all samples, and replaces the world, the camera and the options that are given."""
         options = self._options | settings
         seen = self._world if world is None else world
         self.__init__(seen, self._camera if camera is None else camera, **options)  # type: ignore[misc]
@@ -169,10 +170,11 @@ def progressive(
     cancel: Cancel | None = None,
     **options: Any,
 ) -> Iterator[Frame]:
-    """The frames of a picture that gets better: `for frame in raycam.progressive(world, camera): ...`.
+    """Yields frames of one image with more and more samples: `for frame in raycam.progressive(world, camera): ...`.
 
-    Frames have 1, 2, 4, 8, ... samples, up to `samples` (default 16384), or come `every` so many seconds. They are
-    those of `render` with so many samples, to the bit. `options` are those of `Progressive`. `cancel` ends the loop.
+    The frames have 1, 2, 4, 8, ... samples per pixel, up to `samples` (default 16384); with `every`, a frame is
+    yielded about every `every` seconds. Each frame is bit-identical to `render` with the same number of samples.
+    `options` are those of `Progressive`. Cancelling `cancel` ends the loop.
     """
     from ..errors import Cancelled
 

@@ -270,7 +270,7 @@ def _planes(
 def _blank(
     world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, view: str
 ) -> list[Notice]:
-    """The notices of `blank_notices` for a finished picture."""
+    """The notices of `blank_notices` for a finished image."""
     shown = world.without_studio
 
     def truth() -> Any:

@@ -1,4 +1,4 @@
-"""Requests to the core: everything that one image is rendered from."""
+"""Requests to the core: the arguments from which one image is rendered."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Notices for pictures that show nothing: no object, no light, or nothing but white."""
+"""Notices about images without visible content: no object, no light, or only white."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ MIN_PIXELS = 16
 MIN_CONTRAST = 1.25
 """The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
 PROBES_PER_SIDE = 24
-"""Rays along each side by which a picture without ground truth is probed."""
+"""Number of rays along each side that probe an image without ground truth."""
 LIT_INTEGRATORS = ("direct", "path")
-"""The integrators whose pictures show light."""
+"""The integrators whose images show light."""
 
 Planes = Mapping[str, npt.NDArray[Any]]
 Bools = npt.NDArray[np.bool_]
@@ -43,13 +43,13 @@ def blank_notices(
 
     Objects show no shading if 98 % of their pixels are displayed as white, or all of them in one or two colours.
 
-    `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
+    `truth()` renders the channel `instance`; it is called if the image lacks it and rays that probe the image hit
     nothing.
     """
     seen = _seen(world, camera, planes, truth)
     if not seen.any():
         message = (
-            "nothing is seen: no object covers the centre of a pixel; the camera is at "
+            "nothing is visible: no object covers the centre of a pixel; the camera is at "
             f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
         )
         yield Notice(message, "nothing_visible")
@@ -62,14 +62,14 @@ def blank_notices(
         enclosing = _enclosing_object(world, camera, instances)
         if enclosing is not None:
             message = (
-                f"what is seen is black: the camera is inside object {enclosing!r}, which no light passes and whose "
-                "inside does not shine; move the camera out of it, or use set_object(..., visible=False)"
+                f"the image is black, because the camera is inside object {enclosing!r}, which is opaque and "
+                "does not emit light inside; move the camera out of it, or use set_object(..., visible=False)"
             )
             yield Notice(message, "nothing_lit")
             return
         message = (
-            "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
-            "where they shine, and colours of 0"
+            "all visible objects are black, because no light reaches them or their materials reflect none; check "
+            "the lights' positions and directions, and colours of 0"
         )
         yield Notice(message, "nothing_lit")
         return

@@ -1,4 +1,4 @@
-"""The studio of worlds without lights and cameras: when it is used, and with which options."""
+"""The studio for worlds without lights and cameras: when it is used, and with which options."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["STUDIO_NOTICE", "STUDIO_OPTIONS", "is_unlit", "studio_options"]
 
 STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
-"""Defaults of the options of images in the studio."""
+"""Default options of images in the studio."""
 STUDIO_NOTICE = Notice(
     "the world has no lights and no camera: it is rendered in the studio, from the front right above, with "
     'integrator="path" and max_depth=6; add lights or a camera to replace it',
@@ -24,7 +24,7 @@ STUDIO_NOTICE = Notice(
 
 
 def studio_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the given options, and the studio's defaults of the others."""
+    """Returns the given options, completed by the studio's defaults."""
     defaults = dict(STUDIO_OPTIONS)
     if "noise_threshold" in given or "time_limit" in given:
         del defaults["samples"]

@@ -18,11 +18,11 @@ __all__ = ["rectified"]
 def rectified(
     left: Camera, right: Camera, K: npt.ArrayLike | None, size: Sequence[int] | None
 ) -> dict[str, Camera]:
-    """Two pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
+    """Returns two pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
-                f"the {name} camera has parallel rays: it has no centre to see disparities from",
+                f"the {name} camera has parallel rays: it has no centre, which disparity requires",
                 code="unsupported_camera",
             )
     left, right = left.still(), right.still()
@@ -36,7 +36,9 @@ def rectified(
 
 
 def rotation(left: Camera, right: Camera) -> Floats:
-    """The rotation camera_from_world halfway between both, turned by the smallest angle that puts x on the baseline."""
+    """Returns the rotation camera_from_world halfway between both cameras, turned until x is parallel to the
+    baseline.
+    """
     looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
     halfway = looking[0].moving(looking[1], exposure=1.0).R
     baseline = product(halfway, right.C - left.C)
@@ -56,7 +58,7 @@ def rotation(left: Camera, right: Camera) -> Floats:
 
 
 def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
-    """A K for both cameras: the middles of the old pictures lie, on average, in the middle of the new ones."""
+    """Returns K for both cameras; the centres of the old images are, on average, in the centre of the new ones."""
     focal = (left.K[1, 1] + right.K[1, 1]) / 2.0
     seen = []
     for camera in (left, right):
@@ -64,7 +66,7 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
         x, y, z = product(R, direction)
         if not z > 0.0:
             raise CameraError(
-                "the two cameras look in directions that no rectified pair sees: give K",
+                "the two cameras' viewing directions cannot be rectified automatically; pass K",
                 code="unsupported_camera",
             )
         seen.append([focal * x / z, focal * y / z])
@@ -73,5 +75,5 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
 
 
 def _middle(size: tuple[int, int], camera: Camera) -> Floats:
-    """The pixel coordinates of the middle of a picture."""
+    """The pixel coordinates of the middle of an image."""
     return np.array(size) / 2.0 + camera.corner

@@ -32,7 +32,7 @@ CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 """The rotation camera_from_body of a camera that looks along the body's x axis, with the body's z axis up."""
 
 RIG_REMEDY = "rigs are read-only; rig.at_pose(R, C) returns a rig at another pose"
-"""The message of the error for changes of a rig's arrays."""
+"""Error message if a rig's array is changed."""
 
 
 class Rig(DictSerializable, Mapping[str, Camera]):
@@ -94,7 +94,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         *,
         name: str = "rig",
     ) -> Self:
-        """A rig of cameras in world coordinates, on a body at `R` and `C` (default: the pose of the first camera).
+        """Returns a rig of cameras in world coordinates, on a body at `R` and `C` (default: the first camera's pose).
 
         Raises `CameraError` for a camera with its centre at infinity.
         """
@@ -117,7 +117,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @classmethod
     def stereo(cls, camera: Camera, baseline: float, *, name: str = "stereo") -> Self:
-        """A rectified pair: `camera` as "left", and the same `baseline` metres to its right as "right".
+        """Returns a rectified pair: `camera` as "left", and a copy `baseline` metres to its right as "right".
 
         The body is the left camera. Raises `CameraError` for a baseline that is not greater than 0.
         """
@@ -132,9 +132,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @classmethod
     def from_dict(cls, description: Mapping[str, Any], *, up: Up = "z") -> Self:
-        """The rig described by a `[rig]` table of a world file, given as a dict such as `to_dict` returns.
+        """Returns the rig that a `[rig]` table of a world file describes, given as a dict (see `to_dict`).
 
-        Raises `WorldError` or `CameraError` with the key at fault.
+        Raises `WorldError` or `CameraError` with the name of the invalid key.
         """
         table = dict(description)
         mounted = {str(row["name"]): read_sensor(row) for row in table.pop("sensor", ())}
@@ -215,12 +215,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def up(self) -> Up:
-        """The axis of the world that `roll_pitch_yaw` calls up."""
+        """The world's up axis for `roll_pitch_yaw`: "z" or "y"."""
         return self._up
 
     @property
     def roll_pitch_yaw(self) -> Floats:
-        """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as `placed` takes them."""
+        """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as in `placed`."""
         ahead = Camera(np.eye(3), product(CAMERA_FROM_BODY, self.R), self.C, (1, 1), up=self._up)
         return ahead.roll_pitch_yaw
 
@@ -233,7 +233,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return ReadOnlyDict(table, "rigs are read-only; rig.moving(...) returns a changed rig", CameraError)
 
     def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
-        """The vector [3] from one camera's centre to another's, in the axes of the first, metres.
+        """Returns the vector [3] from one camera's centre to another's, in the first camera's axes, metres.
 
         Cameras are given by name; the default is the first and the second camera of the rig.
         """
@@ -241,7 +241,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return product(left.R, right.C - left.C)
 
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
-        """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
+        """Returns the names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
         names = list(self)
         if len(names) < 2:
             raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one", code="missing_value")
@@ -252,13 +252,13 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     # Poses ------------------------------------------------------------------------------------------------
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """The same rig at another pose: body_from_world [3, 3] and position [3]. The rig's motion moves along."""
+        """Returns the rig at another pose, body_from_world [3, 3] and position [3]; its motion is moved with it."""
         return self._moved(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)))
 
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
     ) -> Self:
-        """The same rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
+        """Returns the rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
         ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
         return self.at_pose(product(CAMERA_FROM_BODY.T, ahead.R), ahead.C)
 
@@ -270,10 +270,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         readout: float = 0.0,
         direction: Readout = "down",
     ) -> Self:
-        """The same rig moving while the shutters of all its cameras are open, as in `Camera.moving`.
+        """Returns the rig in motion while the shutters of all its cameras are open, as in `Camera.moving`.
 
         The body moves from its own pose to the pose of `to`, or along a list of (seconds, rig). Its position is
-        interpolated linearly, its rotation along the shortest arc, so that cameras away from the axis move on arcs.
+        interpolated linearly, its rotation along the shortest arc, so cameras away from the body's centre move on
+        arcs.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),
@@ -289,13 +290,13 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return self._moved(_core.Rig.from_dict({**table, "shutter": shutter}, self._up))
 
     def still(self) -> Self:
-        """The same rig at rest, at the middle of its motion."""
+        """Returns the rig at rest, at the middle of its motion."""
         table: dict[str, Any] = json.loads(self._core.to_json())
         if table.pop("shutter", None) is None:
             return self
         return self._moved(_core.Rig.from_dict({**table, **_pose(self)}, self._up))
 
-    # Pictures ---------------------------------------------------------------------------------------------
+    # Images ---------------------------------------------------------------------------------------------
 
     def render(
         self,
@@ -327,17 +328,16 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         K: npt.ArrayLike | None = None,
         size: Sequence[int] | None = None,
     ) -> Rig:
-        """The rectified pair of two cameras: pinholes "left" and "right" with the same image rows.
+        """Returns the rectified pair of two cameras: pinholes "left" and "right" whose image rows correspond.
 
-        Both get the rotation halfway between theirs, turned by the smallest angle that puts x along the baseline, and
-        the same `K`. The default `K` has the mean of their focal lengths along y, and a principal point that keeps the
-        middles of both pictures in the middle on average. The default `size` is the left camera's. The body is the left
-        camera.
+        Both have the same rotation, halfway between the two cameras and turned by the smallest angle that makes x
+        parallel to the baseline, and the same `K`. By default, `K` has the mean of their focal lengths along y, and a
+        principal point that keeps both image centres in the centre on average. The default `size` is the left
+        camera's. The body is the left camera.
 
-        Raises `CameraError` if the second camera is not to the right of the first (but above, below, or to the left),
-        and for parallel rays.
+        Raises `CameraError` if the second camera is above, below or to the left of the first, and for parallel rays.
 
-        Source: Bouguet's algorithm as in OpenCV, `stereoRectify`, whose rotations these are.
+        Source: Bouguet's algorithm as in OpenCV's `stereoRectify`, with identical rotations.
         """
         names = self.pair(left, right)
         return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)

@@ -1,9 +1,9 @@
-"""Robots: descriptions (URDF), kinematics, and the cameras on their links."""
+"""Robots: descriptions (URDF, xacro, SDF), kinematics, and the cameras on their links."""
 
 from .collada import collada_to_glb
 from .description import Geometry, Link, Material, RobotDescription, Visual
 from .mounted import MountedCamera, place_camera
-from .read import SUFFIXES, read_robot
+from .read import SUFFIXES, RobotModel, read_robots
 from .resolve import FileResolver, Missing, find_root
 from .robot import JointValues, Robot
 
@@ -18,9 +18,10 @@ __all__ = [
     "MountedCamera",
     "Robot",
     "RobotDescription",
+    "RobotModel",
     "Visual",
     "collada_to_glb",
     "find_root",
     "place_camera",
-    "read_robot",
+    "read_robots",
 ]

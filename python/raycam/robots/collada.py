@@ -24,9 +24,9 @@ from .xml_tree import XmlLimits, check_xml
 __all__ = ["collada_to_glb"]
 
 MAX_NODE_TRIANGLES = 1 << 24
-"""Triangles of one file, counted for every node that shows them."""
+"""Maximum number of triangles per file, counted for every node that shows them."""
 IMAGE_TYPES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg"}
-"""First bytes and media type of the images that glTF embeds as they are."""
+"""First bytes and media type of images that glTF embeds without conversion."""
 DEFAULT_COLOR = (0.8, 0.8, 0.8)
 """sRGB colour of a material without a diffuse colour."""
 
@@ -36,9 +36,10 @@ def collada_to_glb(
 ) -> tuple[bytes, list[Notice]]:
     """Returns a Collada file as GLB with one node, and notices.
 
-    The unit is applied and the up axis is not, as in RViz. `find_image` returns the path of an image, or raises
-    `OSError`. `scale` multiplies the coordinates; mirrored triangles are turned around. Raises `OSError`,
-    `FormatError` for malformed files, entities and files beyond the budget, and `SettingsError` without the extra.
+    As in RViz, the file's unit is applied and its up axis is ignored. `find_image` returns the path of an image, or
+    raises `OSError`. `scale` multiplies the coordinates; the orientation of mirrored triangles is reversed. Raises
+    `OSError`, `FormatError` for malformed files, entities and files beyond the budget, and `SettingsError` without
+    the extra.
     """
     if importlib.util.find_spec("collada") is None:
         raise SettingsError(

@@ -14,9 +14,9 @@ from .transforms import rotations_about
 __all__ = ["Placed", "placed_geometries"]
 
 MAX_NODES = 200_000
-"""Nodes of one scene, counted for every instance."""
+"""Maximum number of nodes per scene, counted for every instance."""
 MAX_DEPTH = 100
-"""Nesting of nodes, including instances of nodes."""
+"""Maximum nesting depth of nodes, including instances of nodes."""
 
 
 class Placed(NamedTuple):
@@ -29,14 +29,14 @@ class Placed(NamedTuple):
     materials: dict[str, str]
     """Material ids by symbol."""
     is_skin: bool
-    """True for the geometry of a skin or morph at rest."""
+    """True if the geometry belongs to a skin or morph, which is shown at rest."""
 
 
 def placed_geometries(document: Any, name: str) -> Iterator[Placed]:
     """Iterates over the geometries of the document's scene (pycollada's `Collada`), depth first.
 
-    pycollada's own scene lacks nodes whose materials are faulty. Raises `FormatError` for a circle of instances, too
-    many nodes, and transforms without numbers.
+    pycollada's own scene omits nodes with faulty materials. Raises `FormatError` for circular instances, too many
+    nodes, and transforms without numbers.
     """
     yield from _Scene(document, name).geometries()
 

@@ -78,6 +78,8 @@ class Joint:
     upper: float = np.inf
     mimic: tuple[str, float, float] | None = None
     """The followed joint, multiplier and offset."""
+    joint_from_child: Floats | None = None
+    """Transform [4, 4] of the child link in the joint's frame after its motion; None for the identity, as in URDF."""
 
 
 @dataclass

@@ -21,10 +21,10 @@ WIDTHS: dict[JointType, int] = {
     "floating": 7,
     "fixed": 0,
 }
-"""Values per joint: planar x, y, yaw; floating x y z and a quaternion x y z w."""
+"""Number of values per joint: planar x, y, yaw; floating x y z and a quaternion x y z w."""
 
 VELOCITIES: dict[JointType, int] = {**WIDTHS, "floating": 6}
-"""Columns of the Jacobian per joint."""
+"""Number of columns of the Jacobian per joint."""
 
 
 class Source(NamedTuple):
@@ -38,7 +38,7 @@ class Source(NamedTuple):
 class Kinematics:
     """The kinematics of a robot: `root_from_link` for vectors of joint values.
 
-    A vector contains the values of the joints that move and do not mimic others, in the order of the file.
+    A vector contains the values of all joints that are not fixed and do not mimic another, in the order of the file.
     """
 
     def __init__(self, robot: RobotDescription) -> None:
@@ -72,7 +72,7 @@ class Kinematics:
         return Source(self.starts.get(joint.name, 0), multiplier, offset)
 
     def zero(self) -> Floats:
-        """Returns the vector of zeros, each clamped to its joint's limits; floating joints have no rotation."""
+        """Returns the vector of zeros, clamped to the joints' limits; floating joints have the identity as rotation."""
         values = np.zeros(self.size)
         for name, joint in self.joints.items():
             start = self.starts[name]
@@ -89,7 +89,9 @@ class Kinematics:
         for joint in self.order:
             local = joint.parent_from_joint
             motion = self._motion(joint, values)
-            poses[joint.child] = poses[joint.parent] @ (local if motion is None else local @ motion)
+            moved = local if motion is None else local @ motion
+            after = moved if joint.joint_from_child is None else moved @ joint.joint_from_child
+            poses[joint.child] = poses[joint.parent] @ after
         return poses
 
     def _values(self, joint: Joint, values: Floats) -> Floats:
@@ -133,9 +135,10 @@ class Kinematics:
             joint = self._joint_of[link]
             if joint.type != "fixed":
                 start, multiplier, _ = self._sources[joint.name]
-                part = _joint_columns(
-                    joint, poses[joint.parent] @ joint.parent_from_joint, poses[link], origin
-                )
+                before, after = poses[joint.parent] @ joint.parent_from_joint, poses[link]
+                if joint.joint_from_child is not None:
+                    after = after @ np.linalg.inv(joint.joint_from_child)
+                part = _joint_columns(joint, before, after, origin)
                 jacobian[:, columns[start] : columns[start] + part.shape[1]] += multiplier * part
             link = joint.parent
         return jacobian

@@ -1,4 +1,4 @@
-"""Cameras that are mounted on a robot's link and follow its joints."""
+"""Cameras mounted on a robot's link, which follow its joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ __all__ = ["MountedCamera"]
 class MountedCamera(Camera):
     """A camera on a link, from `Camera.mounted`; its pose follows the joints of the robot.
 
-    It is used as any camera. Copies (`replace`, `resized`, ...) and pickles are plain cameras at the current pose.
+    It can be used like any camera. Copies (`replace`, `resized`, ...) and pickles are plain cameras at the current
+    pose.
     """
 
     __slots__ = ("_link", "_on_link", "_robot")

@@ -4,40 +4,59 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from ..arguments import Floats
 from ..errors import FormatError, SettingsError
 from .description import RobotDescription
 from .resolve import FileResolver, read_bytes
+from .sdf import read_sdf
+from .sdf_cameras import SdfCamera
 from .urdf import read_urdf
 from .xacro import expand_xacro
 from .xml_tree import XmlLimits
 
-__all__ = ["SUFFIXES", "read_robot"]
+__all__ = ["SUFFIXES", "RobotModel", "read_robots"]
 
-SUFFIXES = (".urdf", ".xacro")
+SUFFIXES = (".urdf", ".xacro", ".sdf")
 """Endings of robot files."""
 
 
-def read_robot(
+@dataclass
+class RobotModel:
+    """A robot of a file, with its pose there and its cameras."""
+
+    description: RobotDescription
+    world_from_root: Floats
+    """Pose [4, 4] in the file; the identity for URDF."""
+    cameras: list[SdfCamera]
+
+
+def read_robots(
     path: str | os.PathLike[str], files: FileResolver, xacro_args: Mapping[str, str] | None = None
-) -> RobotDescription:
-    """Reads a robot file; `xacro_args` are arguments of a xacro file.
+) -> list[RobotModel]:
+    """Reads the robots of a file: one, or each model of an SDF file; `xacro_args` are arguments of a xacro file.
 
     Raises `OSError`, `FormatError` with file and line for a malformed file and for other endings, `SettingsError` for
     `xacro_args` of another file, and the errors of `expand_xacro`.
     """
-    suffix = Path(path).suffix.lower()
+    name, suffix = os.fspath(path), Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FormatError(
-            f"{os.fspath(path)}: unknown kind of robot file; expected {', '.join(SUFFIXES)}",
-            code="unknown_format",
+            f"{name}: unknown kind of robot file; expected {', '.join(SUFFIXES)}", code="unknown_format"
         )
     if suffix == ".xacro":
         document, notices = expand_xacro(Path(path), files, xacro_args or {})
-        found = read_urdf(document, f"{os.fspath(path)} (expanded)")
+        found = read_urdf(document, f"{name} (expanded)")
         found.notices[:0] = notices
-        return found
+        return [RobotModel(found, np.eye(4), [])]
     if xacro_args:
-        raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
-    return read_urdf(read_bytes(Path(path), XmlLimits().bytes), os.fspath(path))
+        raise SettingsError(f"{name}: xacro_args are for .xacro files", code="conflicting_values")
+    data = read_bytes(Path(path), XmlLimits().bytes)
+    if suffix == ".sdf":
+        models = read_sdf(data, name, files)
+        return [RobotModel(one.description, one.world_from_model, one.cameras) for one in models]
+    return [RobotModel(read_urdf(data, name), np.eye(4), [])]

@@ -1,4 +1,4 @@
-"""Files that a robot description names: `package://`, `model://`, `file://` and relative names, within root folders."""
+"""Location of files that a robot description names (`package://`, `model://`, `file://`, relative), in root folders."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from ..errors import FormatError, Notice, SettingsError
 __all__ = ["FileResolver", "Missing"]
 
 MAX_LEVELS = 8
-"""Folders above the description in which package.xml is searched."""
+"""Number of parent folders in which package.xml is searched."""
 DESCRIPTION_FOLDERS = ("urdf", "robots", "robot", "xacro", "sdf")
-"""Names of folders that contain only descriptions, so that the package is the folder above."""
+"""Names of folders that contain only descriptions; the package is then the parent folder."""
 
 
 class Missing(Exception):
-    """A file was not found or may not be read, with the reason."""
+    """A file that was not found or must not be read, with the reason."""
 
 
 class FileResolver:
     """Finds the files named in a robot description.
 
-    Files are read only from `root`, from packages beside it, and from the folders `packages`. Without `folder`, the
-    root is the nearest folder above the description that contains package.xml, or else the description's folder (the
-    one above, if it is called urdf, robots, robot, xacro or sdf). With `folder`, nothing outside `folder` is read.
+    Files are read only from `root`, from packages next to it, and from the folders `packages`. Without `folder`, the
+    root is the nearest parent folder that contains package.xml, or else the description's folder (its parent, if the
+    folder is called urdf, robots, robot, xacro or sdf). If `folder` is given, no file outside `folder` is read.
     """
 
     def __init__(

@@ -51,7 +51,7 @@ class Robot:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The names of the joints that can be set, in the order of the file: neither fixed nor mimicking another."""
+        """The names of the joints that can be set, in the order of the file; without fixed and mimic joints."""
         return tuple(self._kinematics.joints)
 
     @property
@@ -79,8 +79,8 @@ class Robot:
     def pose(self, link: str, joints: JointValues | None = None) -> Floats:
         """Returns world_from_link [4, 4] of a link.
 
-        With `joints`, the pose for these values instead of the current ones; for vectors [n, k], poses [n, 4, 4].
-        Raises `WorldError` with the nearest name for an unknown link or joint.
+        With `joints`, returns the pose for these values instead of the current ones; for vectors [n, k], poses [n, 4,
+        4]. Raises `WorldError` with the nearest name for an unknown link or joint.
         """
         self._check_link(link)
         values, single = self._vectors(joints)

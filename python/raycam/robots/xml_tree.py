@@ -17,11 +17,11 @@ class XmlLimits:
     """Limits for one XML document."""
 
     bytes: int = 64 << 20
-    """Size of the document."""
+    """Maximum size of the document."""
     elements: int = 300_000
-    """Number of elements."""
+    """Maximum number of elements."""
     depth: int = 100
-    """Nesting depth of elements."""
+    """Maximum nesting depth of elements."""
 
 
 @dataclass

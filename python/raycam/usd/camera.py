@@ -10,11 +10,11 @@ from pxr import Gf, Usd, UsdGeom
 __all__ = ["camera_spec"]
 
 COLUMNS = 960
-"""The picture width in pixels; a USD camera has no pixels. The height follows from the aperture."""
+"""The image width in pixels; a USD camera has no pixels. The height follows from the aperture."""
 
 
 def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd.TimeCode) -> dict[str, Any]:
-    """A camera description whose picture is the film; the film size is the extent of an orthographic camera."""
+    """A camera description whose image is the film; the film size is the extent of an orthographic camera."""
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)

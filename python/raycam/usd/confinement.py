@@ -71,7 +71,7 @@ class Confinement:
         return self._own.parent
 
     def fault(self, file: Path) -> str | None:
-        """The reason why a file may not be read; None where it may."""
+        """Returns the reason why a file must not be read; None if it may be read."""
         real = Path(os.path.realpath(file))
         if real != self._own and not real.is_relative_to(self.folder):
             leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it lies"
@@ -95,7 +95,7 @@ class Confinement:
             raise UsdRejected(f"its files have more bytes than the budget of {self._most}")
 
     def open_layers(self) -> list[Sdf.Layer]:
-        """Opens all layers of the stage, the first one first, without asset paths that may not be read."""
+        """Opens all layers of the stage, beginning with the root layer, without asset paths that must not be read."""
         if reason := self.fault(self._path):
             raise UsdRejected(reason)
         reason = _named(OTHER_KINDS, self._own)

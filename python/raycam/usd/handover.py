@@ -80,7 +80,7 @@ class Handover:
             raise MemoryError
 
     def add_plain(self, color: Sequence[float], opacity: float) -> int:
-        """The number of a material of a linear colour and an opacity alone; it is negative."""
+        """Returns the number, which is negative, of a material that consists of a linear colour and an opacity only."""
         return int(self.add_plains(np.array([[*color, opacity]], np.float32))[0])
 
     def add_plains(self, table: Any) -> Any:

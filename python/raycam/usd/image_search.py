@@ -27,7 +27,7 @@ MOST_LISTED = 10_000
 
 
 def found_elsewhere(written: str, folder: Path) -> Path | None:
-    """The image that a path means, if it is not where the path says; None if there is none."""
+    """Returns an image that is not at its path but was found elsewhere; None if it was not found."""
     parts = [
         part
         for part in re.split(r"[\\/]+", written)

@@ -53,7 +53,7 @@ class ValueChange:
 def value_change(
     key: str, output: str, scale: Sequence[float], bias: Sequence[float], space: str, file: Path
 ) -> tuple[ValueChange | None, Any]:
-    """The change that an image of an input needs, and the factor that remains; None for an image as it is."""
+    """Returns the conversion that an input's image requires, and the remaining factor; None if none is required."""
     if key == "normal":
         half = tuple(value / 2 for value in scale[:3]), tuple((value + 1) / 2 for value in bias[:3])
         known = half == ((1.0,) * 3, (0.0,) * 3) or _is_plain(scale, bias)

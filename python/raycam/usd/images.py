@@ -107,7 +107,7 @@ class Images:
 
 
 def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold: float) -> Any:
-    """The opacities in one channel of an image as grey values, 0 or 1 where there is a threshold; None if all are 1."""
+    """Returns the opacities in one channel of an image as grey values, 0 or 1 with a threshold; None if all are 1."""
     index = "rgba".index(channel)
     alphas = pixels[..., index] * scale + bias
     if threshold > 0:
@@ -119,7 +119,9 @@ def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold
 
 
 def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]]) -> Any:
-    """An image's tiles within these ranges of u and of v, with a texel more on each side where it is black beyond."""
+    """Returns an image's tiles for these ranges of u and v, with an additional texel on each side that is black
+    beyond it.
+    """
     height, width = pixels.shape[:2]
     # Rows run downwards, v upwards.
     low, high = tiles[1]

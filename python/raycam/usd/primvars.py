@@ -39,7 +39,7 @@ class Attribute:
     index: Any
 
     def spread(self) -> Any:
-        """The row of every corner."""
+        """Returns the index of the value for every face corner."""
         return self.rows[self.index]
 
 

@@ -38,7 +38,7 @@ class Role(Enum):
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What is read of a stage."""
+    """Selects which parts of a stage are read."""
 
     time: float | None
     """The time in seconds; None for the first one."""
@@ -105,7 +105,7 @@ class StageReader:
         ]
 
     def read(self) -> None:
-        """Reads all prims; one that cannot be read is reported."""
+        """Reads all prims; prims that cannot be read are reported in notices."""
         prims = []
         walk = iter(Usd.PrimRange.Stage(self.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
         for prim in walk:

@@ -1,4 +1,4 @@
-"""Audio of videos: a track of another file, cut or padded to the length of the pictures."""
+"""Audio of videos: the track of another file, cut or padded to the video's length."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def check_audio(path: Path) -> int:
     try:
         with av.open(str(path)) as file:
             if not file.streams.audio:
-                raise FormatError(f"{path}: there is no track of sound in it", code="missing_value")
+                raise FormatError(f"{path}: the file has no audio track", code="missing_value")
             for frame in file.decode(file.streams.audio[0]):
                 return int(frame.layout.nb_channels)
     except av.InvalidDataError as fault:
         raise FormatError(f"{path}: FFmpeg reads no sound from it: {fault.strerror}") from None
-    raise FormatError(f"{path}: its track of sound is empty")
+    raise FormatError(f"{path}: the audio track is empty")
 
 
 class AudioTrack:

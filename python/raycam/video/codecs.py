@@ -1,6 +1,6 @@
 """Codecs of video files by ending, with and without loss and opacity, and encoding.
 
-The same pictures give the same bytes: encoders use a fixed number of threads and write no dates or versions.
+Equal images give equal bytes, because encoders use a fixed number of threads and write no dates or versions.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ are for editing. FFV1 (RFC 9043) is for archives, and always lossless. VP9 plays
 
 
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
-    """The codec for an ending and options; raises `SettingsError` if there is none."""
+    """Returns the codec for an ending and options; raises `SettingsError` if there is none."""
     codec = CODECS.get((ending, lossless, alpha))
     if codec is None and not lossless:  # always lossless
         codec = CODECS.get((ending, True, alpha))
@@ -89,7 +89,7 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
     what = " and ".join(word for word, asked in (("lossless", lossless), ("transparent", alpha)) if asked)
     able = dict.fromkeys(end for end, kept, clear in CODECS if clear == alpha and (kept or not lossless))
     raise SettingsError(
-        f"a {ending} file is never {what}; take {', '.join(able)} or a folder of PNG pictures",
+        f"a {ending} file cannot be {what}; use {', '.join(able)} or a folder of PNG images",
         code="cannot_write",
     )
 
@@ -98,7 +98,7 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
 def open_encoder(
     path: Path, size: tuple[int, int], fps: float, codec: Codec, *, audio: Path | None = None
 ) -> Iterator[Callable[[int, Picture], None]]:
-    """Opens a video file of a codec; yields a function that adds pictures in order.
+    """Opens a video file of a codec; yields a function that adds images in order.
 
     For a Y'CbCr codec, sRGB is converted with the BT.709 matrix (ITU-R BT.709-6) to limited range, and the file is
     tagged accordingly (ITU-T H.273). `audio` is a file whose first audio track is added, cut or padded with silence.
@@ -109,7 +109,7 @@ def open_encoder(
         nearest = " x ".join(str(side + side % 2) for side in size)
         name = {"mp4": "an MP4", "webm": "a WebM"}[codec.container]
         raise SettingsError(
-            f"{name} ({codec.pixels}) needs an even width and height, not {size[0]} x {size[1]}: take {nearest}",
+            f"{name} ({codec.pixels}) requires an even width and height, got {size[0]} x {size[1]}; use {nearest}",
             code="out_of_range",
         )
     rate = as_rate(fps)

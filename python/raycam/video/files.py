@@ -1,7 +1,7 @@
-"""Writers of videos: .mp4, .mov, .mkv, .webm, .gif, or a folder of PNG pictures.
+"""Writers of videos: .mp4, .mov, .mkv, .webm, .gif, or a folder of PNG images.
 
-Each writer is a context manager that yields a function for adding pictures in order. The file gets its final name when
-the block ends without an exception. The same pictures give the same bytes.
+Each writer is a context manager that yields a function for adding images in order. The file gets its final name when
+the block ends without an exception. Equal images give equal bytes.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from .png import decode_png
 __all__ = ["ENDINGS", "check_video", "open_video", "picture_name", "read_picture"]
 
 Add = Callable[[int, Picture], None]
-"""Adds a picture: `add(frame number, picture)`."""
+"""Adds an image: `add(frame number, image)`."""
 
 GIF_MAX_FPS = 50
 OLDEST_AV = 17
 """The oldest major version of PyAV that encodes all codecs of the table."""
 ENDINGS = [*dict.fromkeys(ending for ending, _, _ in CODECS), ".gif"]
-"""Endings of video files; a path without an ending is a folder of PNG pictures."""
+"""Endings of video files; a path without an ending is a folder of PNG images."""
 
 
 def check_video(
@@ -47,14 +47,14 @@ def check_video(
     suffix = path.suffix.lower()
     if suffix and suffix not in ENDINGS:
         raise SettingsError(
-            f"{path.name}: the ending {path.suffix!r} is none of a video; expected {', '.join(ENDINGS[:-1])} or "
-            f"{ENDINGS[-1]}, or no ending for a folder of PNG pictures",
+            f"{path.name}: the ending {path.suffix!r} is not a video format; expected {', '.join(ENDINGS[:-1])} or "
+            f"{ENDINGS[-1]}, or no ending for a folder of PNG images",
             code="unknown_format",
         )
     if suffix == ".gif" and (lossless or alpha):
         what = "lossless" if lossless else "transparent"
         raise SettingsError(
-            f"{path.name}: a .gif file is never {what}; take .mov, .mkv or a folder of PNG pictures",
+            f"{path.name}: a .gif file cannot be {what}; use .mov, .mkv or a folder of PNG images",
             code="cannot_write",
         )
     if suffix and suffix != ".gif":
@@ -64,14 +64,14 @@ def check_video(
     if audio is not None:
         if suffix in ("", ".gif"):
             raise SettingsError(
-                f"{path.name}: {suffix or 'a folder'} has no sound; take {', '.join(ENDINGS[:-1])}",
+                f"{path.name}: {suffix or 'a folder'} cannot contain audio; use {', '.join(ENDINGS[:-1])}",
                 code="cannot_write",
             )
         check_audio(audio)
 
 
 def has_av() -> bool:
-    """True if PyAV is installed, in a version that encodes all codecs."""
+    """Returns True if PyAV is installed, in a version that encodes all codecs."""
     try:
         require_av("")
     except SettingsError:
@@ -85,15 +85,16 @@ def require_av(name: str) -> None:
         import av
     except ImportError as error:
         raise SettingsError(
-            f"{name}: video files need PyAV ({error}): pip install 'raycam[video]', or write a .gif file or a folder of"
+            f"{name}: video files require PyAV ({error}); pip install 'raycam[video]', or write a .gif file "
+            "or a folder of"
             " PNG pictures",
             code="missing_dependency",
         ) from None
     major = str(av.__version__).partition(".")[0]
     if not major.isdecimal() or int(major) < OLDEST_AV:
         raise SettingsError(
-            f"{name}: video files need PyAV {OLDEST_AV} or newer, this is {av.__version__}: pip install"
-            f" 'raycam[video]', or write a .gif file or a folder of PNG pictures",
+            f"{name}: video files require PyAV {OLDEST_AV} or newer, installed: {av.__version__}; pip install"
+            f" 'raycam[video]', or write a .gif file or a folder of PNG images",
             code="missing_dependency",
         )
 
@@ -107,9 +108,9 @@ def open_video(
     alpha: bool = False,
     audio: Path | None = None,
 ) -> AbstractContextManager[Add]:
-    """The writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG pictures.
+    """Returns the writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG images.
 
-    `lossless` keeps every bit of the pictures; a folder and .mkv always do. With `alpha`, pictures have a fourth
+    `lossless` keeps every bit of the images; a folder and .mkv always do. With `alpha`, images have a fourth
     component, opacity, and colours are not premultiplied. `audio` is a file whose first audio track is added.
 
     Raises the errors of `check_video`. Entering the context raises `SettingsError` for an unsupported size or rate, and
@@ -158,7 +159,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
     rate = as_rate(fps)
     with atomic_files.atomic_path(path) as temporary:
-        # The palette is known after the last picture, so pictures are kept compressed until then.
+        # The palette is known after the last image, so images are kept compressed until then.
         waiting: list[bytes] = []
         palette_maker = Filters(rate, [("rgb24", size)], [("palettegen", "stats_mode=full")])
 
@@ -195,7 +196,7 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     """Writes frame_0000.png and so on, by frame number, to a folder, which is created if missing."""
     if path.exists() and not path.is_dir():
         raise with_code(
-            NotADirectoryError(errno.ENOTDIR, "this is a file, expected a folder for PNG pictures", str(path))
+            NotADirectoryError(errno.ENOTDIR, "this is a file; expected a folder for PNG images", str(path))
         )
     if not path.exists():
         atomic_files.check_writable(path)
@@ -209,5 +210,5 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
 
 def picture_name(number: int) -> str:
-    """The file name of a frame's picture."""
+    """The file name of a frame's image."""
     return f"frame_{number:04}.png"

@@ -1,4 +1,4 @@
-"""FFmpeg's filters between pictures and encoders."""
+"""FFmpeg's filters between images and encoders."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 __all__ = ["Filters", "Picture", "as_rate"]
 
 Picture = npt.NDArray[np.uint8]
-"""A picture [height, width, 3] in 8-bit sRGB, or [height, width, 4] with opacity and unpremultiplied colours."""
+"""An image [height, width, 3] in 8-bit sRGB, or [height, width, 4] with opacity and unpremultiplied colours."""
 
 
 def as_rate(fps: float) -> Fraction:
-    """The frame rate as the ratio that files store."""
+    """Returns the frame rate as the ratio that files store."""
     return Fraction(fps).limit_denominator(10_000)
 
 
 class Filters:
-    """A chain of FFmpeg's filters: pictures in, frames out.
+    """A chain of FFmpeg's filters: images in, frames out.
 
     `inputs` are the pixel formats and sizes of the first filter's inputs. `chain` are filters with their options.
     """
@@ -52,7 +52,7 @@ class Filters:
         self._count = 0
 
     def push(self, picture: Picture) -> list[VideoFrame]:
-        """Adds a picture; returns the frames that are ready."""
+        """Adds an image; returns the frames that are ready."""
         from av import VideoFrame
 
         frame = VideoFrame.from_ndarray(picture, format="rgba" if picture.shape[2] == 4 else "rgb24")
@@ -82,5 +82,5 @@ class Filters:
             except (av.BlockingIOError, av.EOFError):
                 return frames
             if not isinstance(frame, av.VideoFrame):  # for mypy: video filters return video frames
-                raise TypeError(f"{frame!r} is no picture")
+                raise TypeError(f"{frame!r} is not an image")
             frames.append(frame)

@@ -24,7 +24,7 @@ DITHER = 10.0
 
 
 class GifWriter:
-    """Collects pictures [height, width, 3] and makes the bytes of a GIF file that repeats forever."""
+    """Collects images [height, width, 3] and makes the bytes of a GIF file that repeats forever."""
 
     def __init__(self, size: tuple[int, int], fps: float) -> None:
         self._size, self._fps = size, fps
@@ -32,7 +32,7 @@ class GifWriter:
         self._counts = np.zeros(LEVELS**3, np.int64)
 
     def add(self, _: int, picture: Picture) -> None:
-        """Adds a picture, to be shown after those before; the palette is known after the last."""
+        """Adds an image, to be shown after those before; the palette is known after the last."""
         self._counts += np.bincount(_cells(picture).ravel(), minlength=LEVELS**3)
         self._waiting.append(zlib.compress(picture.tobytes(), 1))
 

@@ -18,7 +18,7 @@ __all__ = ["job_folder", "make_video"]
 
 
 def job_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder that holds the frames of a video file until it is complete; a folder of pictures is its own job."""
+    """The folder that holds the frames of a video file until it is complete; a folder of images is its own job."""
     target = Path(path)
     return target if not target.suffix else target.with_name(target.name + ".job")
 
@@ -37,7 +37,7 @@ def make_video(
     audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> int | None:
-    """Makes a video file or a folder of pictures by a job in `job_folder(path)`; returns the number of frames.
+    """Makes a video file or a folder of images by a job in `job_folder(path)`; returns the number of frames.
 
     Frames go to the encoder in order as they are finished. An interrupted encoding starts again from the stored frames,
     which are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of other
@@ -60,7 +60,7 @@ def make_video(
         Job.run, pool=pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress
     )
     if not target.suffix:
-        with opened:  # only to raise its errors: the job writes the pictures
+        with opened:  # only to raise its errors: the job writes the images
             pass
         job = Job(target, film.package(), resume=resume)
         film.notices += job.status().notices

@@ -18,12 +18,12 @@ COMPONENTS = {2: 3, 6: 4}
 
 
 def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
-    """The pixels [height, width, 3 or 4] of a PNG picture with 8 bits and no interlacing, as raycam writes them.
+    """The pixels [height, width, 3 or 4] of a PNG image with 8 bits and no interlacing, as raycam writes them.
 
     Raises `FormatError` for any other.
     """
     if not data.startswith(SIGNATURE):
-        raise FormatError("not a PNG picture")
+        raise FormatError("not a PNG image")
     place, header, packed = len(SIGNATURE), b"", []
     while place + 8 <= len(data):
         length, kind = struct.unpack(">I4s", data[place : place + 8])
@@ -34,17 +34,17 @@ def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
             packed.append(body)
         place += 12 + length
     if len(header) != 13:
-        raise FormatError("a PNG picture without its header")
+        raise FormatError("the PNG header is missing")
     width, height, bits, kind_of_color, _, _, interlaced = struct.unpack(">IIBBBBB", header)
     if bits != 8 or kind_of_color not in COMPONENTS or interlaced:
         raise FormatError(
-            "a PNG picture of another kind than raycam writes: expected 8 bits, RGB or RGBA",
+            "unsupported PNG image; expected 8 bits, RGB or RGBA",
             code="unsupported_feature",
         )
     step = COMPONENTS[kind_of_color]
     raw = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
     if raw.size != height * (width * step + 1):
-        raise FormatError("a PNG picture that is cut off", code="truncated_file")
+        raise FormatError("the PNG image is truncated", code="truncated_file")
     rows = raw.reshape(height, width * step + 1)
     above = np.zeros(width * step, np.uint8)
     found = np.empty((height, width * step), np.uint8)
@@ -65,7 +65,7 @@ def _unfiltered(
     if kind == 2:
         return row + above
     if kind not in (3, 4):
-        raise FormatError(f"a PNG picture with the unknown filter {kind}", code="unsupported_feature")
+        raise FormatError(f"unknown PNG filter {kind}", code="unsupported_feature")
     values, upper = bytearray(row.tobytes()), above.tobytes()
     for i in range(len(values)):
         left = values[i - step] if i >= step else 0

@@ -74,7 +74,8 @@ class VideoPlan:
         if rig is not None:
             if camera is not None:
                 raise SettingsError(
-                    "a rig and a camera: a film shows what one camera sees", code="conflicting_values"
+                    "rig and camera cannot be combined, because a video shows one camera; omit one of them",
+                    code="conflicting_values",
                 )
             if rig[1] not in rig[0]:
                 raise CameraError(nearest("camera", rig[1], list(rig[0])), code="unknown_name")
@@ -197,7 +198,7 @@ class VideoPlan:
         return self._world.rig_at(rig, time)[name]
 
     def package(self) -> JobPackage:
-        """The video as a job, with one PNG picture per frame."""
+        """The video as a job, with one PNG image per frame."""
         name = self._follows
         world = self._world
         if name is None:
@@ -257,15 +258,15 @@ def write_video(
 ) -> VideoPlan:
     """Renders the video of a world to a file (.mp4 .mov .mkv .webm .gif), or to a folder as frame_0000.png and so on.
 
-    `lossless` keeps every bit of the pictures. `audio` is a file whose first audio track is added, cut or padded with
+    `lossless` keeps every bit of the images. `audio` is a file whose first audio track is added, cut or padded with
     silence to the length of the video. With `transparent_background=True`, frames have an opacity, which .mov, .mkv,
-    .webm and PNG pictures keep.
+    .webm and PNG images keep.
 
     `frames` (start, stop) renders a part, as in a slice: `stop` is excluded, and either may be None, or negative to
     count from the end. `progress(done, total)` is called after every frame. Other arguments are as in `VideoPlan`,
     which is returned.
 
-    The file appears when it is complete: an error or Ctrl-C leaves no file, while a folder keeps its pictures. The same
+    The file appears when it is complete: an error or Ctrl-C leaves no file, while a folder keeps its images. The same
     call gives the same bytes.
 
     Raises, before anything is rendered, `SettingsError` for unknown endings and unsupported options, an MP4 of odd
@@ -356,7 +357,7 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
 
 
 def _name_of(world: World, camera: Camera) -> str | None:
-    """The name of a camera in the world, of any picture size; None if the camera is not in the world."""
+    """The name of a camera in the world, of any image size; None if the camera is not in the world."""
     for name, other in world.cameras.items():
         placed = np.array_equal(other.R, camera.R) and np.array_equal(other.location, camera.location)
         if placed and np.array_equal(_resized(other, camera.size).K, camera.K):

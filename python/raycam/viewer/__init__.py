@@ -1,1 +1,1 @@
-"""The viewer: frames as pages that carry their numbers, and worlds seen live in the browser."""
+"""The viewer: pages that contain frames with their values, and live views of worlds in the browser."""

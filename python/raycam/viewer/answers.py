@@ -1,4 +1,4 @@
-"""Answers that take their time, made beside the messages of their clients: explanations, files, films."""
+"""Slow answers (explanations, files, videos), which are computed in the background."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GRACE = 2.0
 
 
 class Answers:
-    """Makes the answers of all clients: those of one client in its order, those of others beside them.
+    """Computes the answers of all clients: in order for each client, concurrently for different clients.
 
     Its threads are daemons, there while there is something to do: the end waits for them for `GRACE` at most.
     """
@@ -50,12 +50,12 @@ class Answers:
                 threading.Thread(target=self._run, name="raycam answers", daemon=True).start()
 
     def forget(self, session: Session) -> None:
-        """Leaves what a client waits for; the answer that is being made goes nowhere."""
+        """Cancels a client's answers; the result of the one that is being computed is dropped."""
         with self._changed:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
     def close(self) -> None:
-        """Leaves everything. Films are stopped and take their files away; for the rest it waits for `GRACE` at most."""
+        """Stops all answers: videos are cancelled and their files removed; for the others, it waits up to `GRACE`."""
         with self._changed:
             self._ends, self._waiting = True, []
             for session in self._busy:

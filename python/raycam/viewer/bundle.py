@@ -59,7 +59,7 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
 @functools.cache
 def bundle(entry: str = "main.js") -> str:
-    """The module `entry` and its imports as one classic script. Raises `ValueError` where one leaves the dialect."""
+    """Returns the module `entry` and its imports as one classic script; raises `ValueError` for unsupported syntax."""
     owner: dict[str, str] = {}
     parts = []
     for name in modules(entry):
@@ -76,7 +76,7 @@ def bundle(entry: str = "main.js") -> str:
                     raise ValueError(f"{name} imports {word}, which {beside(name, source)} does not declare")
         body = EXPORT.sub("", IMPORT.sub("", text))
         if re.search(r"^(?:import|export)\b", body, re.M):
-            raise ValueError(f"{name}: an import or export that is none of the client's dialect")
+            raise ValueError(f"{name}: unsupported form of import or export")
         parts.append(f"// {name}\n{body}")
     script = '"use strict";\n{\n' + "\n".join(parts) + "}\n"
     if "</script" in script.lower() or "<!--" in script:

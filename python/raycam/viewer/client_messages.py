@@ -277,7 +277,7 @@ class Edit(Message):
 
 @dataclass(frozen=True)
 class Select(Message):
-    """Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool."""
+    """Selects an object, and shows nothing, its outline, or its outline and the handles of a tool."""
 
     KIND = "select"
     number: Annotated[int, Range(0, 10**6)]

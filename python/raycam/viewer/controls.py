@@ -1,4 +1,4 @@
-"""Controls and drawings that a script adds to a live view: sliders, buttons, texts, images, plots, labels and lines."""
+"""Controls and drawings that a script adds to a live view: sliders, buttons, texts, images, plots, labels, lines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAX_POINTS = 10_000
 """The largest number of points in a plot or a line."""
 MAX_TEXT_LENGTH = 1000
 DRAWN_KINDS = ("label", "lines")
-"""The kinds that are drawn over the image instead of listed in the panel."""
+"""Kinds that are drawn over the image instead of in the panel."""
 CONTROL_COLOR = "#ffd60a"
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
@@ -47,7 +47,7 @@ class Listener(Protocol):
     """A session that shows the controls."""
 
     def show_controls(self) -> None:
-        """Shows the controls as they are now."""
+        """Shows the current controls."""
 
 
 class Control:
@@ -76,7 +76,7 @@ class Control:
         self._controls.changed()
 
     def checked(self, value: Any) -> Value:
-        """The value in the type and the range of the control. Raises `SettingsError`."""
+        """Returns a value in the control's type; raises `SettingsError` if it is out of range."""
         if self.kind == "checkbox" and isinstance(value, bool):
             return value
         if self.kind == "text" and isinstance(value, str) and len(value) <= MAX_TEXT_LENGTH:
@@ -100,8 +100,8 @@ class Control:
     def on_change(self, function: Callback) -> Callback:
         """Calls `function(control)` after each change in the browser; returns it, so that it works as a decorator.
 
-        Functions are called one after the other from a thread of the view, coroutine functions in the event loop that
-        runs now. An exception is printed and shown in the view.
+        Functions are called one after another on a thread of the view, coroutine functions in the event loop that is
+        running now. An exception is printed and shown in the view.
         """
         loop = asyncio.get_running_loop() if inspect.iscoroutinefunction(function) else None
         self._callbacks.append((function, loop))
@@ -124,11 +124,11 @@ class Control:
         self._controls.changed()
 
     def remove(self) -> None:
-        """Removes it from the view."""
+        """Removes the control from the view."""
         self._controls.remove(self)
 
     def describe(self) -> dict[str, Any]:
-        """The control as the message `controls` describes it."""
+        """Returns the control's entry in the message `controls`."""
         own = {name: each for name, each in self._properties.items() if name != "points"}
         return {"id": self.number, "kind": self.kind, "label": self.label, "folder": self._folder, **own}
 
@@ -200,7 +200,7 @@ class Controls(Folder):
         self._listeners: weakref.WeakSet[Any] = weakref.WeakSet()
 
     def listen(self, listener: Listener) -> None:
-        """Reports each change to `listener` for as long as it lives."""
+        """Reports each change to `listener` until it is garbage-collected."""
         self._listeners.add(listener)
 
     def add_folder(self, name: str) -> Folder:

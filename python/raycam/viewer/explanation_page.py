@@ -1,4 +1,4 @@
-"""The page of an explanation: one file, whose figures are those of the lecture and of the live view."""
+"""The page of an explanation: one file with the same figures as in the lecture and the live view."""
 
 from __future__ import annotations
 

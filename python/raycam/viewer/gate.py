@@ -1,4 +1,4 @@
-"""The gate of the server: who is let in, decided from path and headers alone.
+"""Access control of the server, based only on a request's path and headers.
 
 Protected are the pictures and this machine's disk and CPU, against any page open in the same browser and any other user
 of the machine. A page of another origin has neither the token nor this Origin; a name that is bound to 127.0.0.1 by a

@@ -38,10 +38,10 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 class Page(str):
-    """The text of a page, which notebooks show in a frame of its own."""
+    """The text of a page, which notebooks show in a separate frame."""
 
     picture: bytes = b""
-    """The picture that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
+    """The image that it shows first as JPEG, for notebooks that are not trusted: they leave out frames."""
 
     def _repr_html_(self) -> str:
         """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
@@ -143,7 +143,7 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
 
 
 def _picture(frame: Frame, channel: str | None, exposure: float | None, view: str | None) -> bytes:
-    """The picture that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
+    """The image that a page shows first as JPEG; nothing for planes that are no channels of raycam."""
     shown = channel or ("color" if "color" in frame else next(iter(frame)))
     known = shown in CHANNELS and frame[shown].shape[2:] == (
         (CHANNELS[shown][1],) if CHANNELS[shown][1] > 1 else ()
@@ -164,11 +164,11 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
 
 
 def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
-    """The arrays that are planes of this picture, by name. Raises `SettingsError` for others."""
+    """The arrays that are planes of this image, by name. Raises `SettingsError` for others."""
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(
-            f"arrays must be arrays by name, as {{'flow': flow}}, not {type(given).__name__}",
+            f"arrays must map names to arrays, as in {{'flow': flow}}, not {type(given).__name__}",
             code="wrong_type",
         )
     arrays = {}
@@ -223,8 +223,8 @@ def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
         return
     if other.region[:2] != frame.region[:2]:
         message = (
-            f"compare begins at the pixel {other.region[:2]} of its picture, this frame at {frame.region[:2]}: pixels "
-            "of other places are compared"
+            f"compare begins at the pixel {other.region[:2]} of its image, but this frame at {frame.region[:2]}; "
+            "pixels at different positions are compared"
         )
         yield Notice(message, "differing_frames")
     alone = [name for name in other if name not in frame]
@@ -242,7 +242,9 @@ def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
     if len(strange):
         more = ", ..." if len(strange) > MOST_TOLD else ""
         told = ", ".join(map(str, strange[:MOST_TOLD].tolist()))
-        message = f"world has no objects with the ids {told}{more} of this frame: is it the world that was rendered?"
+        message = (
+            f"world has no objects with the ids {told}{more} of this frame; pass the world that was rendered"
+        )
         yield Notice(message, "differing_frames")
 
 
@@ -280,7 +282,7 @@ def _explanations(
         return []
     if world is None or frame.camera is None:
         raise SettingsError(
-            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera",
+            "explain requires the world and a camera: save(path, world=world, explain=[(320, 240)]), and a camera",
             code="missing_value",
         )
     from ..explanation import explain

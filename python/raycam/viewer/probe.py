@@ -1,4 +1,4 @@
-"""A pixel asked for: its values, the point it sees, its explanation."""
+"""A requested pixel: its values, the surface point that it shows, and its explanation."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ __all__ = ["explained", "explanation_parts", "ground_below", "locate", "values_a
 def values_at(
     world: World, camera: Camera, still: Frame | None, u: int, v: int, names: Sequence[str]
 ) -> dict[str, Any]:
-    """The values of all channels of a pixel, with names of ids, as the message `values` has them.
+    """Returns the values of all channels of a pixel, with the names of ids, in the form of the message `values`.
 
     `names` are those of the world's objects.
 
-    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
+    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole image.
     """
     seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
     channels = {name: array[0, 0] for name, array in seen.items()}
@@ -62,7 +62,7 @@ def _json(number: float) -> float | str:
 
 
 def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
-    """The ray of a place in the image, in pixels from its top left corner, and what it hits.
+    """Returns the ray at a position in the image, in pixels from its top left corner, and its hit.
 
     `origin` and `direction` of the ray, the surface `point` and the `bounds` of its object; None for what is missing.
     """

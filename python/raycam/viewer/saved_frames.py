@@ -62,7 +62,7 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
                 arrays: dict[str, Any] = {name: saved[name] for name in saved.files}
     except (ValueError, zipfile.BadZipFile, EOFError):
         raise FormatError(
-            f"{os.fspath(path)}: this is no .npz file of raycam", code="unknown_format"
+            f"{os.fspath(path)}: not an .npz file written by raycam", code="unknown_format"
         ) from None
     channels = {name: arrays[name] for name in CHANNELS if name in arrays}
     if not channels or "size" not in arrays or "region" not in arrays:
@@ -81,7 +81,7 @@ def _load_exr(path: str | os.PathLike[str]) -> Frame:
     try:
         windows, notes = _header(path)
     except (ValueError, KeyError, struct.error):
-        raise FormatError(f"{os.fspath(path)}: its header cannot be read: save the file anew") from None
+        raise FormatError(f"{os.fspath(path)}: the header cannot be read; save the file again") from None
     size, region, notices = _places(path, windows, notes)
     planes = _planes({name: _numbers(name, whole, bits) for name, whole, bits in channels})
     notices += [

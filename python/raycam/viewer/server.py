@@ -18,7 +18,7 @@ from http import HTTPStatus
 from typing import Any
 
 from ..arguments import whole
-from ..errors import Error
+from ..errors import Error, NetworkError
 from . import gate
 from .answers import SLOW, Answers, probe
 from .client_messages import Hello, Home, Lens, LookThrough, Move, Pose, Probe, Size, Time, Variant
@@ -45,7 +45,7 @@ TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
 
 class Server:
-    """Serves sessions made by `make_session` until `close`. Raises `OSError` where it cannot listen."""
+    """Serves sessions created by `make_session` until `close`; raises `NetworkError` if it cannot listen."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class Server:
         server = self
 
         class Counted(ServerConnection):
-            """A connection that is cut where there are too many."""
+            """A connection that is closed if there are too many."""
 
             counted = False
 
@@ -331,15 +331,15 @@ async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
 
 
 REMEDIES = {
-    errno.EADDRINUSE: "give another port, or none for the next free one",
-    errno.EADDRNOTAVAIL: "expected an address of this machine, as 127.0.0.1, or 0.0.0.0 for all of them",
-    errno.EACCES: "ports below 1024 are for administrators: give a larger one",
+    errno.EADDRINUSE: "use another port, or omit it for the next free one",
+    errno.EADDRNOTAVAIL: "expected an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them",
+    errno.EACCES: "ports below 1024 require administrator rights; use a larger one",
 }
-"""What to do about the commonest errors of listening."""
+"""Remedies of the most common errors when a socket starts to listen."""
 
 
 def _listening(host: str, port: int | None) -> socket.socket:
-    """A socket that listens on `port`, or on the first free one of `PORTS`; raises `SettingsError` and `OSError`."""
+    """A socket that listens on `port`, or on the first free one of `PORTS`; raises `SettingsError`, `NetworkError`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for tried in PORTS if port is None else [whole("port", port, 0, 65535)]:
         made = socket.socket(family, socket.SOCK_STREAM)
@@ -353,14 +353,16 @@ def _listening(host: str, port: int | None) -> socket.socket:
             if port is not None or error.errno != errno.EADDRINUSE:
                 remedy = "".join(f" ({each})" for each in [REMEDIES.get(error.errno or 0)] if each)
                 text = f"cannot listen on {host}:{tried}: {error.strerror}{remedy}"
-                raise OSError(error.errno, text) from None
-    raise OSError(
-        errno.EADDRINUSE, f"ports {PORTS[0]} to {PORTS[-1]} are all in use: give another with --port"
+                raise NetworkError(error.errno, text, code="cannot_listen") from None
+    raise NetworkError(
+        errno.EADDRINUSE,
+        f"ports {PORTS[0]} to {PORTS[-1]} are all in use; use another one (--port N, port=N)",
+        code="cannot_listen",
     )
 
 
 def machine_addresses(host: str) -> list[str]:
-    """The addresses under which a server on all networks is reached, this machine's own first."""
+    """Returns the addresses of a server that listens on all networks, with this machine's loopback address first."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = ["::1" if family == socket.AF_INET6 else "127.0.0.1"]
     with contextlib.suppress(OSError):
@@ -373,7 +375,7 @@ def machine_addresses(host: str) -> list[str]:
 
 
 def _silent() -> Any:
-    """A logger that says nothing of junk from strangers."""
+    """A logger that drops messages about malformed requests."""
     import logging
 
     logger = logging.getLogger("raycam.viewer")

@@ -44,13 +44,13 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear Rec. 709."""
 Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # seconds that anybody else waits at most
-LONGEST_WAIT = 0.5  # seconds of samples until a picture is shown although they have not doubled
-SHOWING = 0.25  # of the time goes into showing pictures, at most, until the last one
+LONGEST_WAIT = 0.5  # seconds of samples until an image is shown although they have not doubled
+SHOWING = 0.25  # of the time goes into showing images, at most, until the last one
 
 
 @dataclass(eq=False)
 class Refinement:
-    """A picture of a view that gets better with each step, up to `most` samples a pixel."""
+    """An image of a view that gets better with each step, up to `most` samples a pixel."""
 
     world: World
     camera: Camera
@@ -67,12 +67,12 @@ class Refinement:
     seconds: float = field(default=0.0, init=False)
     """The time that all steps took."""
     change: tuple[float, int] | None = field(default=None, init=False)
-    """The mean change of the luminance, as a share of its mean, since the newest picture of at most half as many
+    """The mean change of the luminance, as a share of its mean, since the newest image of at most half as many
     samples; and the samples of that one."""
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
-        """Takes a step, and its time and change; returns a frame where there is one. Raises `Cancelled`."""
+        """Executes a step and measures its time and change; returns a frame or None. Raises `Cancelled`."""
         began = time.perf_counter()
         try:
             frame = self.refine(cancel)
@@ -83,7 +83,7 @@ class Refinement:
         return frame
 
     def _compare(self, luminance: Floats32) -> None:
-        """Takes note of a picture, and of how far it is from the one of half as many samples."""
+        """Takes note of an image, and of how far it is from the one of half as many samples."""
         halves = [each for each in self._luminances if 2 * each[0] <= self.samples]
         if halves:
             samples, before = halves[-1]
@@ -100,7 +100,7 @@ class Refinement:
         return self.samples * width * height / self.seconds if self.seconds > 0 else 0.0
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Takes a step; returns a frame where there is one to be shown. Raises `Cancelled`, which loses nothing."""
+        """Executes a step; returns a frame if one should be shown. Raises `Cancelled`, which loses no samples."""
         raise NotImplementedError
 
     @property
@@ -116,7 +116,7 @@ class Refinement:
 
 @dataclass(eq=False)
 class Slices(Refinement):
-    """A refinement by slices of a progressive picture: no sample is thrown away, and nobody waits for long."""
+    """A refinement by slices of a progressive image: no sample is thrown away, and nobody waits for long."""
 
     _picture: Progressive | None = field(default=None, init=False)
     _told: int = field(default=0, init=False)
@@ -146,7 +146,7 @@ class Slices(Refinement):
         return frame
 
     def _is_worth_showing(self) -> bool:
-        """True if a frame is due: pictures that cost more than their samples would hold up the last one."""
+        """True if a frame is due: images that cost more than their samples would hold up the last one."""
         if self.samples >= self.most or (self._told == 0 and self.samples >= self.first):
             return True
         affordable = self._spent >= self._showing / SHOWING
@@ -156,7 +156,7 @@ class Slices(Refinement):
 
 
 class FromScratch(Refinement):
-    """A refinement by pictures of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
+    """A refinement by images of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """The frame of four times as many samples."""

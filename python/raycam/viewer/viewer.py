@@ -1,4 +1,4 @@
-"""`raycam.view`: a world in the browser, or frames as a page."""
+"""`raycam.view`: a live view of a world in the browser, or a page with frames."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ if TYPE_CHECKING:
 __all__ = ["Viewer", "open_browser", "view"]
 
 QUEUED_PICKS = 16
-"""Clicked pixels that wait for the listeners at most; others are lost."""
+"""Maximum number of clicked pixels that wait for callbacks; further ones are dropped."""
 FIRST_SIDE = 480
-"""Pixels of the picture for those who read a notebook without a kernel."""
+"""Pixels of the image for those who read a notebook without a kernel."""
 LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
 
 
 class Viewer:
-    """A live view: a server in the background or a widget in a cell, with the sessions of its clients."""
+    """A live view: a server in the background or a notebook widget, which may have several clients."""
 
     def __init__(
         self,
@@ -76,14 +76,12 @@ class Viewer:
         fov: float | None = None,
         **look: Any,
     ) -> None:
-        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world, and `added` names
-        the cameras that the file does not have.
+        """Starts the view; use `raycam.view`, which describes the arguments.
 
-        `size` is the space of its pictures, at most 2560 x 1600; otherwise they have that of a client's window.
-
-        `start` is what clients see first: `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
-
-        `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
+        `added` lists the cameras that are not in the file `source`. `size` limits the image size, at most 2560 x
+        1600; by default, images have the size of the client's window. `start` contains the initial `time`,
+        `animation`, `variant`, `channel`, `exposure` and `view`. `cell` creates a widget `height` pixels high instead
+        of a server; it requires raycam[notebook].
 
         `view_from`, `zoom` and `fov` place the first camera as in `World.view_from`. `look` contains the options of
         `Look.choose`: `hdri`, `hdri_rotation`, `sun`, `studio`, `ground` and `background`.
@@ -135,7 +133,7 @@ class Viewer:
 
     @property
     def world(self) -> World:
-        """The world, with the edits that were made in the browser. Setting it shows another one to all clients."""
+        """The world, including edits made in the browser. Setting it shows another world to all clients."""
         return self._edits.world
 
     @world.setter
@@ -144,7 +142,9 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """The address to open in a browser. Whoever has it may look. Raises `SettingsError` in a cell."""
+        """The address to open in a browser. Anyone who knows it can use the view. Raises `SettingsError` for a
+        widget.
+        """
         if self._server is None:
             raise SettingsError(
                 "the view is in a cell and has no address: raycam.view(world, cell=False) has one",
@@ -154,11 +154,13 @@ class Viewer:
 
     @property
     def urls(self) -> list[str]:
-        """All addresses to open, from other machines too if `host` is one of several. Raises as `url` does."""
+        """All addresses of the view, including those for other machines if `host` allows them. Raises the errors of
+        `url`.
+        """
         return [self.url] if self._server is None else self._server.urls
 
     def redirect_file(self) -> Path:
-        """A page that only this user can read, and that leads to the view once. `close` removes it."""
+        """Writes a page that redirects to the view once and that only this user can read; `close` removes it."""
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:
@@ -176,7 +178,7 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """The camera of the client that was used last, in its own size; the one given where there is none."""
+        """The camera of the client that was used last, with its own size; without clients, the initial camera."""
         return (self._last() or self._first).view.camera
 
     @camera.setter
@@ -192,9 +194,10 @@ class Viewer:
         return [self._first, *holder.sessions.values()]
 
     def screenshot(self, size: tuple[int, int] | None = None, **options: Any) -> Frame:
-        """Renders what the client that was used last shows, in `size` (width, height), default: its own size.
+        """Renders the view of the client that was used last, in `size` (width, height) (default: the client's size).
 
-        `options` are those of `raycam.render`. Works without clients too. Raises the errors of `raycam.render`.
+        `options` are those of `raycam.render`. Without clients, the initial camera is used. Raises the errors of
+        `raycam.render`.
         """
         view = (self._last() or self._first).view
         camera = view.still_camera if size is None else view.camera.resized(size_of(size))
@@ -202,7 +205,7 @@ class Viewer:
         return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
 
     def add_folder(self, name: str) -> Folder:
-        """Adds a group of controls to the panel `Script`; its methods are those of the viewer that add controls."""
+        """Adds a group of controls to the panel `Script`; the returned `Folder` has the same methods."""
         return self.controls.add_folder(name)
 
     def add_slider(self, label: str, **options: Any) -> Control:
@@ -238,23 +241,26 @@ class Viewer:
         return self.controls.add_lines(points, **options)
 
     def frame(self) -> Frame | None:
-        """The newest still picture of the client that was used last: colour, alpha and coverage."""
+        """The newest still image of the client that was used last (colour, alpha and coverage), or None."""
         last = self._last()
         return None if last is None else last.images.still
 
     def wait(self, *, exit_when_closed: bool = False) -> None:
-        """Waits until it is closed, or until 5 seconds after its last client has left; not for a cell."""
+        """Waits until the view is closed, or with `exit_when_closed` until 5 seconds after the last client
+        disconnects.
+        """
         while self._server is not None and not self._server.join(0.2):
             emptied = self._server.emptied
             if exit_when_closed and emptied is not None and time.monotonic() - emptied > LINGER:
                 return
 
     def on_pick(self, function: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], object]:
-        """Calls `function` for each pixel that is clicked, with its ground truth; returns it, as a decorator does.
+        """Calls `function` with the ground truth of each clicked pixel; returns `function`, so that it works as a
+        decorator.
 
-        It gets a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy values:
-        `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Calls come one after
-        the other, from a thread of their own; an exception is printed, and the view goes on.
+        The argument is a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy
+        values: `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Calls are made
+        one after another on a separate thread; an exception is printed and does not stop the view.
         """
         self._listeners.append(function)
         return function
@@ -288,7 +294,7 @@ class Viewer:
             self._free_picks.release()
 
     def close(self) -> None:
-        """Tells the clients, and ends the server or the widget."""
+        """Disconnects the clients and stops the server or the widget."""
         (self._widget if self._server is None else self._server).close()
         self._telling.shutdown(wait=False)
         if self._redirects is not None:
@@ -309,7 +315,7 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and a picture for those who read without a kernel; else the address."""
+        """The widget at the end of a cell, and an image for those who read without a kernel; else the address."""
         if self._server is not None:
             return {"text/plain": repr(self)}
         picture = (self.frame() or self._first_picture()).to_jpeg()
@@ -321,7 +327,7 @@ class Viewer:
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:
-        """The picture of the camera, the longer side of `FIRST_SIDE` pixels."""
+        """The image of the camera, the longer side of `FIRST_SIDE` pixels."""
         view = self._first.view
         scale = FIRST_SIDE / max(view.camera.size)
         width, height = (max(1, round(side * scale)) for side in view.camera.size)
@@ -378,27 +384,29 @@ def view(
     cell: bool | None = None,
     **options: Any,
 ) -> Any:
-    """Shows a world live in the browser or a cell: moved with the mouse, with the real light and the real lens.
+    """Shows a world in the browser or in a notebook cell, where it can be moved with the mouse; returns a `Viewer`.
 
-    `what` is a world or a frame, or the path of one; the page of a frame (.npz, .exr) is shown as `Frame.show` does,
-    with its options. `camera` is looked through first (default: the world's first), in pictures of `size` (width,
-    height) where that is given. `integrator` ("direct" or "path") and `samples` are those of the still picture;
-    `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`. `edit=False` is for
-    looking alone, `follow=True` for clients that share one camera, as in teaching. With `allow_open=True`, worlds that
-    are dropped on the page are opened there, from a private folder. `source` is the file that the world came from,
-    beside which a world file of the changed world may be saved. `start` is what is seen first, or some of it:
-    {"time": 1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}. Raises
-    `SettingsError` for what there is not.
+    `what` is a world or a frame, or the path of one. A frame (.npz, .exr) is shown as by `Frame.show`, with its
+    options. `camera` is the initial camera (default: the world's first), `size` (width, height) the size of the
+    images (default: that of the client's window). `integrator` ("direct" or "path") and `samples` apply to the still
+    image. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and `allow_hosts` are
+    the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be changed; with
+    `follow=True`, all clients share one camera, for example in teaching. With `allow_open=True`, worlds that are
+    dropped on the page are opened, from a private folder. `source` is the world's file, next to which a changed world
+    file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run", "variant":
+    "red", "channel": "depth", "exposure": 1, "view": "agx"}.
 
-    In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
-    `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
+    In a notebook, the view is a widget of `height` (560) pixels if anywidget is installed
+    (`pip install raycam[notebook]`); `cell` selects or suppresses the widget. It uses the kernel's own connection and
+    opens no port.
 
-    A model without lights and cameras is shown in the studio, as `raycam.render` shows it. `hdri` (with
-    `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` choose another look, and
-    `view_from`, `zoom` and `fov` another first camera: they are the options of `raycam render`.
+    A model without lights and cameras is shown in the studio, as in `raycam.render`. `hdri` (with `hdri_rotation`),
+    `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look, and `view_from`, `zoom`
+    and `fov` another initial camera, as the options of `raycam render`.
 
-    `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
-    is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
+    `browser` opens a browser (default: if one is available and this is not an SSH session). `block` waits until the
+    view is closed (default: only in a script). Raises `SettingsError` for invalid arguments and `NetworkError` if the
+    port cannot be used.
     """
     if isinstance(what, str | os.PathLike) and is_frame(what):
         options = {"title": Path(what).name, **options}
@@ -407,7 +415,7 @@ def view(
         of_worlds = {"camera": camera, "size": size, "browser": browser, "block": block, "cell": cell}
         for name in (name for name, value in of_worlds.items() if value is not None):
             raise SettingsError(
-                f"{name} is for worlds, and this is a frame: see Frame.show for its options",
+                f"{name} is an option for worlds, but this is a frame; Frame.show lists the options of frames",
                 code="conflicting_values",
             )
         return what.show(**options)
@@ -442,10 +450,11 @@ def _in_notebook() -> bool:
 
 
 def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
-    """Opens a viewer in the browser if `wanted`, by default if this machine has one; returns whether it did.
+    """Opens a viewer in the browser if `wanted` (default: if this machine has a browser); returns True if it was
+    opened.
 
-    The browser is given a private file that leads to the view with a token that works once: the list of processes shows
-    the file's name only, and the browser's history no token that still works.
+    The browser opens a private file that redirects to the view with a token that is valid once. The list of processes
+    therefore contains only the file's name, and the browser's history no valid token.
     """
     if not (_has_browser() if wanted is None else wanted):
         return False

@@ -1,4 +1,4 @@
-"""The live view in a cell of a notebook: the client in a frame, its messages over the kernel's own channel.
+"""The live view in a notebook cell: the client in a frame, with messages through the kernel's own connection.
 
 The widget passes messages on and knows none of them. Each place that shows it is a view with a session of its own.
 """
@@ -119,7 +119,7 @@ class Views:
         """The viewer, which is kept alive from its first display until its last output is removed."""
 
     def hear(self, content: Any) -> None:
-        """Does what a view says: text of a message, or None when it is gone. Junk is answered by an error."""
+        """Executes a view's message, or ends the view for None; malformed messages are answered with an error."""
         if not isinstance(content, dict) or not isinstance(content.get("view"), str):
             return
         view, said = content["view"][:64], content.get("said")
@@ -183,9 +183,9 @@ class Views:
 
 
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
-    """The widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
+    """Returns the widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
 
-    Its `still`, the address of a picture as text, is shown where no kernel answers: in notebooks that are only read.
+    Its `still`, the address of an image as text, is shown where no kernel answers: in notebooks that are only read.
     """
     import anywidget
     import traitlets
@@ -204,7 +204,7 @@ def make_widget(make_session: Callable[[], Session], title: str, height: int) ->
             self.on_msg(lambda widget, content, buffers: self.views.hear(content))
 
         def close(self) -> None:
-            """Ends the rendering, and takes the widget away."""
+            """Stops the rendering and removes the widget."""
             self.views.close()
             super().close()
 

@@ -49,7 +49,7 @@ def data_url(media: str, data: bytes) -> str:
 def pack(
     name: str, array: Array, *, level: int = 6, filter: str | None = None
 ) -> tuple[dict[str, Any], bytes]:
-    """The header and the bytes of a plane [h, w] or [h, w, components]; level 0 leaves it as it is."""
+    """The header and the bytes of a plane [h, w] or [h, w, components]; level 0 does not compress it."""
     dtype = np.dtype(array.dtype).newbyteorder("<")
     if dtype.name not in DTYPES:
         raise ValueError(f"{name} is of {dtype.name}; the client knows {', '.join(DTYPES)}")

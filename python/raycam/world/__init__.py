@@ -1,4 +1,4 @@
-"""Worlds: loaded from a file, or built by hand."""
+"""Worlds: loaded from a file or built in Python."""
 
 from .parts import Animation, Object, Video
 from .point_queries import Topology

@@ -1,4 +1,4 @@
-"""Objects, lights and cameras of a world: adding, changing and removing them, and framing cameras."""
+"""Methods of `World` that add, change and remove objects, lights and cameras, and that place cameras around it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy.typing as npt
 from .. import _core
 from ..arguments import floats, size_of, whole
 from ..camera import Camera, check_camera
-from ..errors import Notice, WorldError
+from ..errors import FormatError, Notice, WorldError
 from ..notices import warn
 from ..rig import Rig
-from ..robots import FileResolver, JointValues, Robot
+from ..robots import FileResolver, JointValues, Robot, RobotModel, read_robots
 from .chosen import one_object
 from .contents import WorldContents
 from .description import corner_values, indices, plain
@@ -32,7 +32,7 @@ __all__ = ["WorldBuilding"]
 
 
 class WorldBuilding(WorldContents):
-    """Base of `World` with the methods that change it, and with framing cameras."""
+    """Base class of `World` with the methods that change a world or create a camera that shows all of it."""
 
     __slots__ = ()
 
@@ -49,13 +49,14 @@ class WorldBuilding(WorldContents):
         material: Mapping[str, Any] | None = None,
         **placement: Any,
     ) -> int:
-        """Adds a mesh as an object; returns the object's id, its value in the channel `instance`.
+        """Adds a mesh as an object; returns the object's id, which is its value in the channel `instance`.
 
         `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
-        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 as floats, sRGB as uint8.
-        `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used for shading. `material` has the
-        keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `textures`, `type`, ... of the schema, `placement`
-        the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
+        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear values in 0..1 if they are floats,
+        and sRGB if they are uint8. `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used
+        for shading. `material` has the keys of a material in a world file: `color`, `diffuse`, `specular`,
+        `shininess`, `texture`, `textures`, `type`, ... `placement` has the keys `location`, `roll`, `pitch`, `yaw`,
+        `scale` or `matrix`, `category` and `refine`.
 
         Raises `WorldError` for an empty mesh, numbers that are not finite, indices out of range, arrays of the wrong
         shape, colours outside 0..1 and unknown keys.
@@ -89,17 +90,21 @@ class WorldBuilding(WorldContents):
     ) -> int:
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
-        Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
+        Accepts a dict, keywords, or both; or the path of a mesh file, or the name of a shape, followed by keywords:
         `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
-        `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
-        The keys of a shape may stand beside it, and a number or list in its place is the size of a box or plane and the
-        radius of a sphere.
-        With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
-        alone, as on a ground that the photograph shows; in others it is a surface.
-        A glTF file is turned from its up axis (y) to the world's, with a notice, except with `upright=False`. A
-        `matrix` applies to the file's own axes: the file is then not turned, with a notice, except with `upright=True`.
-        A USD file becomes one object, without its lights and cameras, and is turned in the same way. Raises
-        `WorldError` with the key and the nearest valid name, and the errors of `load`.
+        `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`. The keys of a
+        shape may also be given next to it, as `radius` above. A number or list instead of the shape's table is the
+        size of a box or plane, or the radius of a sphere: `add_object(sphere=2)`.
+
+        An object with `shadow_catcher=True` represents the ground in a photograph: in images with a transparent
+        background or a background photo, only the shadows on it are visible. In all other images it is an ordinary
+        surface.
+
+        A glTF file is rotated from its up axis (y) to the world's, with a notice, unless `upright=False`. A `matrix`
+        applies to the file's own axes: with a `matrix`, the file is not rotated (with a notice) unless
+        `upright=True`. A USD file becomes one object, without its lights and cameras, and is rotated in the same way.
+
+        Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
         given = object_keys(description, dict(keys))
         with self._warning():
@@ -122,54 +127,69 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro); returns it, as in `robots`.
+        """Adds a robot from a file (.urdf, .xacro, .sdf with one model); returns it, as in `robots`.
 
-        Every shape of a link becomes an object, named `robot/link`, `robot/link/2`, ..., with the category `link`
-        or, with `category="robot"`, the robot's name. `name` is the robot's name (default: as in its file). `joints`
-        are values by joint name or a vector (see `set_joints`). `placement` has the keys `location`, `roll`,
+        Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
+        name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
+        `joints` are values by joint name or a vector (see `set_joints`). `placement` has the keys `location`, `roll`,
         `pitch`, `yaw` or `matrix` of the root link; in a y-up world, a robot is turned upright without `matrix`.
 
         Meshes are .stl, .obj, .ply, .off, .glb, .gltf, or .dae, which requires the `raycam[robots]` extra. Files are
-        read from the package folder of the robot: the nearest folder above with package.xml, or else its own folder
-        (the one above if it is called urdf, robots or similar). `package://NAME` is the folder NAME above the robot,
-        beside its package, or in one of `packages`. With `folder`, nothing outside it is read.
+        read from the robot's package folder only: the nearest parent folder with a package.xml, or else the folder of
+        the file (its parent if the folder is called urdf, robots or similar). `package://NAME` is searched among the
+        parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside it is
+        read.
 
-        `geometry="collision"` shows collision shapes. `missing="box"` shows collision shapes, or a box of 0.1 m,
-        instead of meshes that cannot be found, with a notice. A xacro file, which requires the `raycam[robots]` extra,
-        is expanded with the arguments `xacro_args`, in a process that reads only these folders.
+        `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
+        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. A xacro file, which
+        requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process that can read
+        only these folders.
 
-        Raises `FormatError` with lines for a malformed file, and with all missing meshes at once; `WorldError` for a
-        taken name, unknown joints and invalid placement.
+        Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
+        `WorldError` for a name that is already used, unknown joints and an invalid placement.
         """
         files = FileResolver(Path(path), folder, packages)
         if name is not None and (not isinstance(name, str) or not name):
             raise WorldError(f"a robot's name must be a string, got {name!r}")
-        with self._warning():
-            robot, notices = place_robot(
-                self,
-                path,
-                files,
-                name=name,
-                placement=placement,
-                geometry=geometry,
-                category=category,
-                missing=missing,
-                xacro_args=xacro_args,
+        models = read_robots(path, files, xacro_args)
+        if len(models) > 1:
+            names = ", ".join(model.description.name for model in models[:10])
+            raise FormatError(
+                f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
+                code="unsupported_feature",
             )
-            self._core.set_notices([*self._core.notices, *notices])
-        self._robots[robot.name] = robot
+        robot = self._add_model(
+            models[0],
+            files,
+            name=name,
+            placement=placement,
+            geometry=geometry,
+            category=category,
+            missing=missing,
+        )
         if joints is not None:
             self.set_joints(robot.name, joints, clamp_joints=clamp_joints)
+        return robot
+
+    def _add_model(self, model: RobotModel, files: FileResolver, **how: Any) -> Robot:
+        """Adds a robot of a file; `how` has the arguments of `place_robot`."""
+        with self._warning():
+            robot, notices = place_robot(self, model, files, **how)
+            self._core.set_notices([*self._core.notices, *notices])
+        self._robots[robot.name] = robot
         return robot
 
     def set_joints(self, robot: str, joints: JointValues, *, clamp_joints: bool = False) -> None:
         """Sets joint values of a robot, by its name, and moves its objects and cameras.
 
-        `joints` maps joint names to values, and other joints stay; or it is a vector in the order of `Robot.joints`.
-        Values are in radians and metres; a planar joint has three (x, y, yaw), a floating one seven (x y z, and a
-        quaternion x y z w) or a matrix [4, 4]. Values beyond the limits are used, with a notice; `clamp_joints`
-        clamps them. Only transforms change, no mesh is built again. Objects of the robot that were removed stay away.
-        Raises `WorldError` with the nearest name for an unknown robot or joint, and for a vector of another length.
+        `joints` maps joint names to values; joints that it does not contain are unchanged. It may also be a vector in
+        the order of `Robot.joints`. Values are in radians and metres. A planar joint has three values (x, y, yaw), a
+        floating one seven (x y z, then a quaternion x y z w) or a matrix [4, 4].
+
+        Values beyond a joint's limits are used as given, with a notice; with `clamp_joints=True` they are clamped.
+        Only transforms change, so no mesh is rebuilt. Objects of the robot that were removed before are not added
+        again. Raises `WorldError` for an unknown robot or joint, with the nearest name, and for a vector of the wrong
+        length.
         """
         move_robot(self, robot, joints, clamp=clamp_joints)
 
@@ -178,28 +198,29 @@ class WorldBuilding(WorldContents):
     ) -> int:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
-        Takes a dict, keywords, or both; or the type and keywords; one number for a strength is grey:
-        `add_light("sun", direction=[-1, -1, -2], irradiance=3)`,
+        Accepts a dict, keywords, or both; or the type followed by keywords. A single number as strength is grey
+        light: `add_light("sun", direction=[-1, -1, -2], irradiance=3)`,
         `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
         `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
-        sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`.
-        `target` aims a light: a point [3] in the world, or the name of an object, whose middle is meant. It replaces
-        the `direction` of a sun, spot, disk or ies light, from its `position` to the target (a sun's position only says
-        where it shines from), and the edges `u` and `v` of an area light of `size` (width, height).
-        Raises `WorldError`, and `FormatError` and `OSError` for files.
+        sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`. `target` aims a light at a point [3] in the world,
+        or at the centre of an object by name. It replaces `direction` of a sun, spot, disk or ies light, which then
+        points from `position` to the target (for a sun, `position` has no other effect), and the edges `u` and `v` of
+        an area light of `size` (width, height).
+
+        Raises `WorldError` for an invalid light, and `FormatError` or `OSError` for its files.
         """
         with self._warning():
             given = aim_light(self, light_keys(description, dict(keys)))
             return _core.world_add_light(self._core, plain(given), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
-        """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
+        """Adds a camera. A number is appended to a name that already exists. The first camera is the default camera."""
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
         camera = check_camera(camera, hint)
         self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
-        """Adds a rig under its name; its cameras are appended under the names rig/camera."""
+        """Adds a rig under its name; its cameras are added with the names rig/camera."""
         others = [name for name, sensor in rig.sensors.items() if not isinstance(sensor, Camera)]
         if others:
             message = (
@@ -212,7 +233,7 @@ class WorldBuilding(WorldContents):
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
         """Replaces the world's video, described as in `[video]` of a world file.
 
-        Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
+        Accepts a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. A keyframe with `robot` and
         `joints`, a table of joint values, moves a robot: `{"time": 2, "robot": "arm", "joints": {"elbow": 0.5}}`. Its
         joints are interpolated linearly. Raises `WorldError`.
@@ -224,42 +245,46 @@ class WorldBuilding(WorldContents):
     # Changing ---------------------------------------------------------------------------------------------
 
     def set_object(self, which: str | int, /, **keys: Unpack[ObjectChanges]) -> None:
-        """Changes an object, by name or number: any key of `add_object` and `add_mesh`. What is not given stays.
+        """Changes an object, by name or number, with any key of `add_object` and `add_mesh`.
 
         `set_object("cup", matrix=T)`, `set_object("cup", location=[0, 0, 1], yaw=30)`, `set_object(3, color="red")`,
-        `set_object("cup", visible=False)`. Placement is given as a whole: with angles and no location, the object is at
-        the origin, as in `add_object`. `vertices` [n, 3] alone move the vertices of the mesh, n as before; if it has
-        shading normals, `normals` are given too, or None for flat faces. With `faces`, or another shape, it is another
-        mesh: it keeps the object's material, but that of `mesh="file"` comes from the file. A mesh or material that
-        other objects have too stays theirs. `visible=False` takes the object out of all pictures, shadows, light and
-        queries; its number stays, and so do those of others.
+        `set_object("cup", visible=False)`. Properties without a key keep their values, except that the placement is
+        replaced as a whole: with angles but no location, the object is at the origin, as in `add_object`.
 
-        A change is cheap: what did not change is not built again. It is atomic, and pictures that other threads are
-        rendering show the world before or after it. Keyframes and animations that move the object still do, at
-        `at(time)`; in a world that `at` returned, the object stays where it is put.
+        `vertices` [n, 3] alone moves the n vertices of the mesh; a mesh with shading normals also requires `normals`,
+        or `normals=None` for flat faces. `faces` or another shape replace the mesh and keep the object's material,
+        but `mesh="file"` takes the material from the file. If several objects share a mesh or material, only this
+        object changes. `visible=False` removes the object from images, shadows, light and queries; all ids are
+        unchanged.
 
-        Raises `WorldError` with the nearest name for an unknown object, for a matrix that flattens, for arrays that do
-        not fit, and the errors of `add_object`; the world is then as before.
+        A change is fast, because only the changed parts are rebuilt, and atomic: an image that another thread is
+        rendering shows the world either before or after the change. Keyframes and animations of the object still
+        apply in worlds that `at(time)` returns later; in a world that `at` has returned, the object stays where you
+        place it.
+
+        Raises `WorldError` for an unknown object (with the nearest name), for a singular matrix and for arrays of the
+        wrong shape, and the errors of `add_object`; after an error, the world is unchanged.
         """
         with self._warning():
             _core.world_set_object(self._core, one_object(which), plain(describe_object_change(dict(keys))))
 
     def remove_object(self, which: str | int) -> None:
-        """Removes an object, by name or number, with the mesh, materials and images that nothing else uses.
+        """Removes an object, by name or number, and its mesh, materials and images unless others use them.
 
-        Numbers are positions, as in a list: those of the objects after it, and of materials after its own, move down.
-        Names stay; videos, animations and variants follow. `set_object(which, visible=False)` hides an object and keeps
-        all numbers. Raises `WorldError` with the nearest name.
+        As in a list, the ids of all later objects, and of later materials, decrease. Names are unchanged; videos,
+        animations and variants still refer to the same objects. To keep all ids, hide the object instead:
+        `set_object(which, visible=False)`. Raises `WorldError` for an unknown object, with the nearest name.
         """
         _core.world_remove_object(self._core, one_object(which))
 
     def set_light(
         self, number: int, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
     ) -> None:
-        """Changes a light by its index in `lights`: any key of `add_light`. What is not given stays.
+        """Changes a light, by its index in `lights`, with any key of `add_light`.
 
-        `set_light(0, irradiance=2)`; with another `type`, all is given anew. Raises `WorldError`, and the errors of
-        `add_light`; the world is then as before.
+        `set_light(0, irradiance=2)`. Properties without a key keep their values, but a new `type` replaces the whole
+        light. Raises `WorldError` for an unknown index, and the errors of `add_light`; after an error, the world is
+        unchanged.
         """
         lights = self.lights
         number = whole("light", number, 0, len(lights) - 1, error=WorldError)
@@ -268,13 +293,14 @@ class WorldBuilding(WorldContents):
             _core.world_set_light(self._core, number, plain(aim_light(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
-        """Removes a light by its index in `lights`; those after it move down. Raises `WorldError`."""
+        """Removes a light by its index in `lights`; later indices decrease. Raises `WorldError` for a wrong index."""
         _core.world_remove_light(self._core, whole("light", number, 0, (1 << 62), error=WorldError))
 
     def set_camera(self, name: str, camera: Camera) -> None:
         """Replaces the camera of this name.
 
-        Raises `WorldError` with the nearest known name, and for a camera of a rig, which moves as a whole.
+        Raises `WorldError` for an unknown name, with the nearest one, and for a rig's camera, which moves with its
+        rig.
         """
         if not isinstance(camera, Camera):
             raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}", code="wrong_type")
@@ -285,7 +311,7 @@ class WorldBuilding(WorldContents):
         _core.world_remove_camera(self._core, _camera_name(name))
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
-        """The first camera, or one that frames the whole world in a picture of `size` (width, height)."""
+        """Returns the first camera, or one that shows the whole world in an image of `size` (width, height)."""
         wanted = size_of(tuple(size))
         return (
             Camera._of(self._core.default_camera(wanted), self.up)
@@ -302,14 +328,14 @@ class WorldBuilding(WorldContents):
         zoom: float = 1.0,
         camera: Camera | None = None,
     ) -> Camera:
-        """A camera from which the whole world just fits into a picture of `size` (width, height).
+        """Returns a camera from which the whole world just fits into an image of `size` (width, height).
 
-        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
-        or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
-        world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
-        nine tenths of the picture. `camera`, a calibration without a pose say, keeps its size, K and lens, and is put
-        where the world fits: `size` and `fov` are its own then. Raises `CameraError` for an empty world,
-        `SettingsError` for other values.
+        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right
+        above), or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z
+        in a y-up world, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` is the scale
+        of the world in the image: at 1 it fills 90 % of the image. A given `camera`, such as a calibration without a
+        pose, keeps its size, K and lens and is moved until the world fits; `size` and `fov` are then the camera's
+        own. Raises `CameraError` for an empty world and `SettingsError` for invalid arguments.
         """
         return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
 

@@ -1,4 +1,4 @@
-"""Choice of objects by number or name."""
+"""Selection of objects by number or name."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ Chosen = int | str | Iterable[int | str]
 
 
 def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | None = None) -> Bools | None:
-    """A flag for each object of a world: those of `objects` (None: all) without those of `exclude`.
+    """Returns a mask of a world's objects: those in `objects` (None: all) that are not in `exclude`.
 
-    None if that is all of them. A name stands for every object of that name. Raises `WorldError` for unknown objects.
+    None if all objects are selected. A name selects every object of that name. Raises `WorldError` for unknown
+    objects.
     """
     if objects is None and exclude is None:
         return None
@@ -36,11 +37,11 @@ def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | Non
 
 
 def object_number(core: _core.World, which: int | str) -> int:
-    """The number of one object; raises `WorldError` for an unknown object and a name that several have."""
+    """Returns one object's number; raises `WorldError` for an unknown object and a name of several objects."""
     found = _numbers([parts[0] for parts in core.objects], which)
     if len(found) != 1:
         raise WorldError(
-            f"{len(found)} objects are called {which!r} (numbers {found}): give the number",
+            f"{len(found)} objects have the name {which!r} (numbers {found}); use a number",
             code="duplicate_name",
         )
     return found[0]

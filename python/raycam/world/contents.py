@@ -25,7 +25,7 @@ __all__ = ["WorldContents"]
 
 
 class WorldContents:
-    """Base of `World` with what a world contains."""
+    """Base class of `World` with the properties that list a world's contents."""
 
     __slots__ = ("_bare", "_core", "_folder", "_robots", "_stage_variants")
 
@@ -52,21 +52,21 @@ class WorldContents:
 
     @property
     def objects(self) -> list[Object]:
-        """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
+        """The objects in the order of their ids, as read-only records; `set_object` changes an object."""
         found = [
             Object(number, name, category, mesh, triangles, _matrix(matrix, name), *flags)
             for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
         ]
         return ReadOnlyList(
-            found, "objects are read-only: world.add_object, set_object or remove_object changes them"
+            found, "objects are read-only; world.add_object, set_object or remove_object changes them"
         )
 
     @property
     def categories(self) -> dict[int, str]:
-        """The names of the objects' categories by id, the value in the channel `category`.
+        """The names of the objects' categories by id; the id is the value in the channel `category`.
 
-        A category that is a whole number is its own id. Other names get the free ids from 1, in the order of the
-        objects.
+        A category whose name is an integer has that id. Other categories get the unused ids from 1, in the order of
+        the objects.
         """
         return ReadOnlyDict(
             self._core.categories,
@@ -75,25 +75,25 @@ class WorldContents:
 
     @property
     def lights(self) -> list[dict[str, Any]]:
-        """The lights as dicts that `add_light` takes: records that are read-only. `set_light` changes a light."""
+        """The lights as read-only dicts with the keys of `add_light`; `set_light` changes a light."""
         lights = self._core.lights
         each = (
             ReadOnlyDict(
                 light,
-                f"lights are read-only: world.set_light({number}, ...) changes it, dict(light) is a copy",
+                f"lights are read-only; world.set_light({number}, ...) changes the light, dict(light) is a copy",
             )
             for number, light in enumerate(lights)
         )
         return ReadOnlyList(
-            each, "lights are read-only: world.add_light, set_light or remove_light changes them"
+            each, "lights are read-only; world.add_light, set_light or remove_light changes them"
         )
 
     @property
     def cameras(self) -> dict[str, Camera]:
-        """The cameras by name, the default camera first, in a dict that is read-only."""
+        """The cameras by name, with the default camera first, as a read-only dict."""
         found = {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
         return ReadOnlyDict(
-            found, "cameras are read-only: world.add_camera, set_camera or remove_camera changes them"
+            found, "cameras are read-only; world.add_camera, set_camera or remove_camera changes them"
         )
 
     @property
@@ -104,7 +104,7 @@ class WorldContents:
 
     @property
     def robots(self) -> dict[str, Robot]:
-        """The robots by name, in a dict that is read-only; `set_joints` moves them."""
+        """The robots by name, as a read-only dict; `set_joints` moves a robot."""
         return ReadOnlyDict(
             self._robots, "robots are read-only; world.add_robot adds a robot, world.set_joints moves it"
         )
@@ -113,7 +113,8 @@ class WorldContents:
     def counts(self) -> dict[str, int]:
         """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
 
-        `triangles` count once for each object that shows them. Triangles of zero area are kept and never hit.
+        In `triangles`, a mesh that several objects share counts once per object; in `mesh_triangles`, it counts once.
+        Triangles of zero area stay in the mesh, but no ray hits them.
         """
         return ReadOnlyDict(
             self._core.counts, "counts are read-only; world.add_object and remove_object change the world"
@@ -133,12 +134,12 @@ class WorldContents:
 
     @property
     def texture_memory(self) -> int | None:
-        """The bound on the memory of images in bytes; None for no bound."""
+        """The limit of the textures' memory in bytes; None for no limit."""
         return self._core.texture_memory
 
     @property
     def notices(self) -> list[Notice]:
-        """Notices from reading and building: parts that were skipped, repaired or assumed.
+        """Notices about what was omitted, repaired or assumed when the world was read and built.
 
         Each is also warned as a `raycam.Notice` when it arises.
         """
@@ -162,14 +163,14 @@ class WorldContents:
 
     @property
     def render_settings(self) -> dict[str, Any]:
-        """The settings of `[render]` of the world file: defaults of the arguments of `raycam.render`."""
+        """The `[render]` section of the world file, whose values are defaults for the arguments of `raycam.render`."""
         return ReadOnlyDict(
             self._core.render_settings,
             "render_settings are read-only; they come from the world file: pass options to raycam.render",
         )
 
     def camera(self, name: str) -> Camera:
-        """The camera of this name; raises `WorldError` with the nearest known name."""
+        """Returns the camera of this name; raises `WorldError` for an unknown name, with the nearest one."""
         if not isinstance(name, str):
             raise WorldError(
                 f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}",
@@ -180,12 +181,15 @@ class WorldContents:
     # Copies, times and variants ---------------------------------------------------------------------------
 
     def with_cameras(self, cameras: Mapping[str, Camera]) -> Self:
-        """A copy with more cameras, which shares the acceleration structures. Names that are taken get a number."""
+        """Returns a copy with more cameras, which shares the acceleration structures.
+
+        A number is appended to names that are already used.
+        """
         more = [(name, camera._core) for name, camera in cameras.items()]
         return self._derived(_core.world_with_cameras(self._core, more))
 
     def copy(self) -> Self:
-        """A copy, which shares all that is built; changes of one do not reach the other."""
+        """Returns a copy that shares the acceleration structures; later changes affect only one of the two."""
         return self.with_cameras({})
 
     def __copy__(self) -> Self:
@@ -208,11 +212,11 @@ class WorldContents:
         return [Animation(*animation) for animation in self._core.animations]
 
     def at(self, time: float, animation: str | int | None = None) -> Self:
-        """The world at a time in seconds of its video and of an animation, by name or number (default: the first).
+        """Returns the world at a time of its video and of an animation.
 
-        Parts that do not move are shared with this world; meshes that deform keep their triangles. For a camera with a
-        shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a time that
-        is not finite.
+        `time` is in seconds, `animation` is a name or number (default: the first). Parts that do not move are shared
+        with this world; meshes that deform keep their triangle ids. For a camera with a shutter, `time` is the middle
+        of the exposure. Raises `WorldError` for an unknown animation and a time that is not finite.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
@@ -222,13 +226,14 @@ class WorldContents:
 
     @property
     def variants(self) -> list[str]:
-        """The names of the material variants of glTF; for USD, all variants as "SET=NAME", for `load(variant=)`."""
+        """The names of glTF material variants; for USD, all variants as "SET=NAME", the form that `load` accepts."""
         return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> Self:
-        """The same world with the material variant of this name; raises `WorldError` with the nearest known name.
+        """Returns the world with another glTF material variant.
 
-        Variants of USD change the geometry as well: `load(path, variant=)` selects them.
+        Raises `WorldError` for an unknown name, with the nearest one. USD variants also change the geometry; select
+        them with `load(path, variant=...)`.
         """
         if self._stage_variants:
             raise WorldError(
@@ -240,7 +245,7 @@ class WorldContents:
         )
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
-        """`camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
+        """Returns `camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
 
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.
@@ -251,16 +256,19 @@ class WorldContents:
         )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
-        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
+        """Returns `rig` as the video moves it, at a time in seconds: by the keyframes with its name, or else like the
+        camera.
+        """
         return rig._moved(_core.world_rig_at(self._core, rig._core, float(time)))
 
     # Plain triangles --------------------------------------------------------------------------------------
 
     def triangles(self, object: int | None = None) -> Floats:
-        """The corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
+        """Returns the corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance,
+        triangle).
 
-        With `object`, the triangles of the object with this id, visible or not; raises `SettingsError` for an unknown
-        id.
+        With `object`, returns only the triangles of the object with this id, visible or not; raises `SettingsError`
+        for an unknown id.
         """
         if object is not None:
             object = whole("object", object, 0, self._core.object_count - 1)
@@ -271,15 +279,15 @@ class WorldContents:
         return self._core.triangle_ids()
 
     def triangle_colors(self) -> npt.NDArray[np.float32]:
-        """One linear base colour for each of `triangles`, float32 [n, 3].
+        """Returns one linear base colour for each triangle of `triangles`, float32 [n, 3].
 
-        The product of the material's colour, the face's colour, the mean of the vertex colours, and the texture at the
-        triangle's centre.
+        It is the product of the material's colour, the face colour, the mean of the vertex colours, and the texture's
+        value at the triangle's centre.
         """
         return self._core.triangle_colors()
 
     def prepare(self, *, threads: int | None = None) -> Self:
-        """Builds the acceleration structures now instead of at the first picture; returns the world."""
+        """Builds the acceleration structures now instead of for the first image; returns the same world."""
         with no_fork():
             self._core.prepare(thread_count(threads))
         return self

@@ -1,4 +1,4 @@
-"""Objects without some of their faces."""
+"""Copies of objects without some of their faces."""
 
 from __future__ import annotations
 

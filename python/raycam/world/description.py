@@ -1,4 +1,4 @@
-"""Descriptions of parts of a world in the form that the core takes: dicts, lists, arrays and strings."""
+"""Converts descriptions of parts of a world to the core's types: dicts, lists, arrays and strings."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def plain(value: Any, name: str = "value") -> Any:
 
 
 def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
-    """Checks values of corners or faces [n, columns]: uint8 colours (sRGB) stay, everything else becomes float64."""
+    """Checks values per corner or face [n, columns]; uint8 colours (sRGB) are unchanged, all others become float64."""
     if value is None:
         return None
     if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):

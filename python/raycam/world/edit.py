@@ -1,4 +1,4 @@
-"""Changes of objects and lights, in the form that the core takes."""
+"""Descriptions of changed objects and lights for the core."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from .usd_files import is_usd
 __all__ = ["describe_light_change", "describe_object_change"]
 
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
-"""The columns of the arrays of a mesh besides its vertices."""
+"""Columns of a mesh's arrays per corner or face."""
 
 EITHER = (("power", "intensity"), ("radiance", "zenith"), ("radiance", "horizon"), ("radiance", "ground"))
-"""Pairs of keys of lights of which one replaces the other."""
+"""Pairs of light keys that exclude each other."""
 
 
 def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
-    """The description of what changes of an object; raises `WorldError`.
+    """Returns the description of an object's changes; raises `WorldError` for invalid keys and values.
 
-    `faces` is the name of `triangles` that `World.add_mesh` has, `material` a dict of material keys; `normals` may be
-    None, for flat faces.
+    As in `World.add_mesh`, `faces` means `triangles` and `material` is a dict of material keys. `normals` may be None
+    for flat faces.
     """
     keys = dict(keys)
     for part in (keys.pop("material", None) or {},):
@@ -36,7 +36,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     if "faces" in keys:
         if "triangles" in keys:
             raise WorldError(
-                "faces and triangles: they are the same, give one of them", code="conflicting_values"
+                "faces and triangles are the same key; give one of them", code="conflicting_values"
             )
         keys["triangles"] = keys.pop("faces")
     if is_usd(keys.get("mesh")):
@@ -57,7 +57,7 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     given = {name: value for name, value in keys.items() if value is not None}
     if not given:
         raise WorldError(
-            "set_object: nothing to change is given, as in set_object(which, matrix=...)",
+            "set_object requires at least one key, for example set_object(which, matrix=...)",
             code="missing_value",
         )
     return given
@@ -66,11 +66,11 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
 def describe_light_change(
     light: Mapping[str, Any], description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """The whole description of a light after a change, and True if it keeps its image or profile."""
+    """Returns a light's complete description after a change, and True if it keeps its image or profile."""
     given = light_keys(description, keys)
     if not given:
         raise WorldError(
-            "set_light: nothing to change is given, as in set_light(number, irradiance=...)",
+            "set_light requires at least one key, for example set_light(number, irradiance=...)",
             code="missing_value",
         )
     if given.get("type", light["type"]) != light["type"]:

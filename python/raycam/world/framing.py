@@ -1,4 +1,4 @@
-"""Cameras that frame a world, seen from a named side or a direction."""
+"""Cameras that show the whole world from a named side or a direction."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "bottom": (0.0, 0.0, -1.0),
     "iso": (1.0, 1.0, 1.0),
 }
-"""Directions from the middle to the eye by name: to the right, to the front and up."""
+"""Directions from the world's centre to the camera, by name: components to the right, to the front and up."""
 FOV = 45.0
-"""Degrees, vertical: the field of view of a framing camera."""
+"""Vertical field of view of a framing camera, in degrees."""
 FILLED_SHARE = 0.9
-"""The part of the picture, from its middle, that the world fills."""
+"""Fraction of the image's width or height that the world fills."""
 MAX_TRIANGLES = 400_000
-"""Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
+"""Larger worlds are framed by the corners of their bounding box: less tight, but without additional memory."""
 
 MIN_GROUND_SIDE = 10.0
-"""The smallest side of a level square that counts as ground, in diagonals of the other objects' bounds."""
+"""Minimum side of a level square that counts as ground, in diagonals of the other objects' bounds."""
 MAX_SLOPE = 1e-6
-"""The largest height of a level square, in sides: the rounding error of files."""
+"""Maximum height difference within a level square, relative to its side: the rounding error of files."""
 MAX_SQUARES = 1000
-"""Worlds with more squares are searched by name only."""
+"""In worlds with more squares, a ground is found by its name only."""
 GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
-"""The names of the squares of `World.add_ground` and `add_studio`, unless the user names them."""
+"""Default names of the squares that `World.add_ground` and `add_studio` add."""
 MOMENT_COUNT = 9
-"""The times, evenly from its beginning to its end, by which a motion is framed."""
+"""Number of evenly spaced times at which a motion is sampled for framing."""
 
 
 def axes_of(up: str) -> Floats:
-    """The unit vectors [3, 3] to the right, to the front and up, in rows; "front" is where the default view stands."""
+    """Returns unit vectors [3, 3] to the right, to the front (towards the default camera) and up, in rows."""
     return np.array(
         [[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]] if up == "z" else [[1.0, 0, 0], [0, 0, 1.0], [0, 1.0, 0]]
     )
@@ -76,10 +76,10 @@ def framing_camera(
     camera: Camera | None = None,
     moments: Sequence[WorldContents] = (),
 ) -> Camera:
-    """A camera from which the whole world just fits into the picture; see `World.view_from`.
+    """Returns a camera from which the whole world just fits into the image; see `World.view_from`.
 
-    If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle. If there are
-    `moments` of the world, all of them fit.
+    If `turning`, the world fits at every angle around the vertical axis through its centre. If `moments` are given
+    (the world at several times), the world fits at all of them.
     """
     if camera is not None:
         size = camera.size
@@ -88,11 +88,11 @@ def framing_camera(
     found = [bounding_corners(moment, most) for moment in moments or (world,)]
     clouds = [cloud for cloud in found if cloud is not None]
     if not clouds:
-        raise CameraError("the world has no objects: there is nothing to look at", code="nothing_visible")
+        raise CameraError("the world has no objects to show", code="nothing_visible")
     points = np.concatenate(clouds)
     if not 0 < zoom < np.inf:
         raise SettingsError(
-            f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again",
+            f"zoom is {zoom!r}: expected a number above 0, for example 1.5 for 50 % larger",
             code="out_of_range",
         )
     _, front, upward = axes_of(world.up)
@@ -119,14 +119,14 @@ def framing_camera(
 
 
 def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floats, zoom: float) -> Camera:
-    """`camera` as near to `middle` as all points [n, 3] are in the picture, by its own lens.
+    """`camera` as near to `middle` as all points [n, 3] are in the image, by its own lens.
 
     It stands where a camera of `rotation` would, whose axis goes through `middle`, and sees `middle` in the
-    middle of the picture, even where that is far from the principal point.
+    middle of the image, even where that is far from the principal point.
     """
     if camera.is_parallel:
         raise CameraError(
-            "the rays of this camera are parallel: no distance makes the world fit its picture",
+            "the camera has parallel rays, so no distance makes the world fit into its image",
             code="unsupported_camera",
         )
     half = FILLED_SHARE * zoom * np.array(camera.size) / 2
@@ -135,7 +135,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
 
     def excess(distance: float, cloud: Floats) -> Floats:
-        """How far the points are out of the picture, 1 at its margin; +inf for those of which the lens has no image."""
+        """How far the points are out of the image, 1 at its margin; +inf for those of which the lens has no image."""
         posed = camera.at_pose(rotation, middle - distance * axis)
         with np.errstate(invalid="ignore"):
             pixels, seen = posed.project(cloud)
@@ -149,7 +149,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
             low, high = high, 2 * high
             if high > MAX_DISTANCE * radius:
                 raise CameraError(
-                    f"no distance makes the world fit the picture of {camera!r}", code="unsupported_camera"
+                    f"no distance makes the world fit into the image of {camera!r}", code="unsupported_camera"
                 )
         while high - low > 1e-4 * high:
             between = (low + high) / 2
@@ -172,13 +172,13 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(ray).all():
         raise CameraError(
-            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}",
+            f"the image centre has no ray, pixel {pixel.tolist()}, of {camera!r}",
             code="unsupported_camera",
         )
     x, y, z = ray / np.sqrt((ray * ray).sum())
     if z < -0.999:
         raise CameraError(
-            f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}",
+            f"the image centre, pixel {pixel.tolist()}, looks backwards in {camera!r}",
             code="unsupported_camera",
         )
     # Rodrigues' rotation of (0, 0, 1) to (x, y, z).
@@ -188,9 +188,9 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
 
 
 def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyWorld]:
-    """The world at even times of its video and an animation, by name or number (default: the first); none of neither.
+    """Returns the world at evenly spaced times of its video and an animation; an empty list without motion.
 
-    Raises `WorldError` for an unknown animation, as `World.at` does.
+    `animation` is a name or number (default: the first). Raises `WorldError` for an unknown animation.
     """
     animations = world.animations
     asked = [each for number, each in enumerate(animations) if animation in (each.name, number)]
@@ -203,10 +203,11 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
 
 
 def without_ground(world: AnyWorld) -> AnyWorld:
-    """Returns the world without the ground that its objects stand on; the same world if it has none, or nothing else.
+    """Returns a copy without the ground below the objects, or the world itself if it has no ground or nothing else.
 
-    A ground is a level square of two triangles: one that `World.add_ground` or `add_studio` named, or one whose side is
-    at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Names and shapes survive files of any format.
+    A ground is a level square of two triangles that has a name of `World.add_ground` or `add_studio`, or whose side
+    is at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Files of all formats preserve both
+    properties.
     """
     axis = 2 if world.up == "z" else 1
     squares = [item for item in world.objects if item.visible and item.triangles == 2]
@@ -239,9 +240,9 @@ def _hide(world: AnyWorld, objects: Sequence[int]) -> AnyWorld:
 
 
 def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
-    """Points [n, 3] that bound the world without its ground: all corners of up to `most` triangles, or of its bounds.
+    """Returns points [n, 3] whose hull contains the world without its ground; None for an empty world.
 
-    None if the world is empty.
+    The points are the corners of all triangles, or of the bounding box if there are more than `most` triangles.
     """
     world = without_ground(world)
     bounds = world.bounds
@@ -300,10 +301,10 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
 
 
 MAX_DISTANCE = 1e6
-"""The farthest that a framing camera stands, in radii of the world."""
+"""Maximum distance of a framing camera, in radii of the world."""
 EXTREME_DIRECTIONS = np.array(
     [[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)], float
 )
-"""Directions [26, 3] to the corners, edges and sides of a box, in which extreme points are looked for."""
+"""Directions [26, 3] to the corners, edges and faces of a box, in which extreme points are searched."""
 RING_COUNT, RING_CORNER_COUNT = 32, 32
-"""The rings that bound a turning world, and the corners of each."""
+"""Number of rings that bound a turning world, and corners of each ring."""

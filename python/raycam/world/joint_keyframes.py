@@ -1,4 +1,4 @@
-"""Keyframes of joints in videos, and trajectories of joints from files."""
+"""Joint keyframes in videos, and joint trajectories from files."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 __all__ = ["expand_joint_keyframes", "read_trajectory"]
 
 STEPS_PER_FRAME = 4
-"""Keyframes of objects per frame of a video that replace keyframes of joints."""
+"""Object keyframes per video frame that replace joint keyframes."""
 MAX_KEYFRAMES = 2_000_000
-"""Keyframes of objects that replace those of joints."""
+"""Maximum number of object keyframes that replace joint keyframes."""
 
 
 def expand_joint_keyframes(world: WorldContents, description: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns a video's description whose keyframes of joints are replaced by keyframes of objects.
+    """Returns a video's description in which object keyframes replace joint keyframes.
 
-    Joints are interpolated linearly, continuous ones the short way round. Objects get keyframes at every frame of the
-    video, and four per frame, so that they follow curved paths: exactly at the frames, closely between them. Raises
-    `WorldError` for unknown robots, joints and keys, and for objects that are mirrored.
+    Joint values are interpolated linearly; continuous joints turn in the shorter direction. Objects get
+    `STEPS_PER_FRAME` keyframes per video frame, so that their curved paths are exact at the frames and close in
+    between. Raises `WorldError` for unknown robots, joints and keys, and for mirrored objects.
     """
     frames = description.get("keyframe") or []
     if not any(isinstance(frame, Mapping) and "robot" in frame for frame in frames):
@@ -53,7 +53,9 @@ def _object_keyframes(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: fl
     for frame in frames:
         for key in frame:
             if key not in ("time", "robot", "joints"):
-                raise WorldError(f"video.keyframe: {nearest('key', key, ['time', 'robot', 'joints'])}")
+                raise WorldError(
+                    f"video.keyframe: {nearest('key', key, ['time', 'robot', 'joints'])}", code="unknown_key"
+                )
         joints = frame.get("joints")
         if not isinstance(joints, Mapping):
             raise WorldError(
@@ -110,9 +112,9 @@ def _moved_objects(robot: Robot, times: Floats, vectors: Floats) -> list[dict[st
 def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
     """Reads joint values over time from a CSV or NPY file; returns times [n] in seconds and vectors [n, k].
 
-    A CSV file starts with the names `time` and joints. An NPY array [n, 1 + k] has the time in its first column, and
-    joints in the order of `Robot.joints`. Joints without a column keep their values. Raises `OSError` and
-    `WorldError`.
+    The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its
+    first column, followed by the joints in the order of `Robot.joints`. Joints without a column keep their values.
+    Raises `OSError` if the file cannot be read and `WorldError` if its contents are invalid.
     """
     path = Path(path)
     if path.suffix.lower() == ".npy":

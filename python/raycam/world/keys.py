@@ -15,12 +15,12 @@ from .texture import Texture, Wrap
 __all__ = ["LightKeys", "ObjectChanges", "ObjectKeys", "light_keys", "object_keys"]
 
 Color = npt.ArrayLike
-"""Linear red, green, blue; one number; "#rrggbb", a name; or bytes as `numpy.uint8`."""
+"""Linear red, green and blue; one number for grey; "#rrggbb"; a colour name; or sRGB as `numpy.uint8`."""
 Image = str | os.PathLike[str] | Texture | Mapping[str, Any] | npt.ArrayLike
 
 
 class ObjectKeys(TypedDict, total=False):
-    """The keys of `[[object]]`, as the reference describes them."""
+    """The keys of `[[object]]`; the world file reference describes them."""
 
     name: str
     category: str | int
@@ -90,14 +90,14 @@ class ObjectKeys(TypedDict, total=False):
 
 
 class ObjectChanges(ObjectKeys, total=False):
-    """The keys of `World.set_object`: those of an object, and those of `World.add_mesh`."""
+    """The keys of `World.set_object`: the keys of an object and the arguments of `World.add_mesh`."""
 
     faces: npt.ArrayLike
     material: Mapping[str, Any]
 
 
 class LightKeys(TypedDict, total=False):
-    """The keys of `[[light]]`, as the reference describes them; each type has some."""
+    """The keys of `[[light]]`; the world file reference lists those of each type."""
 
     type: str
     direction: npt.ArrayLike
@@ -134,19 +134,19 @@ SHAPES: dict[str, tuple[str, ...]] = {
     "cone": ("radius", "height", "segments"),
     "torus": ("radius", "tube", "segments"),
 }
-"""The keys of each shape. A number or list in place of its table is the first, where the others may be left out."""
+"""The keys of each shape. A number or list instead of the table is the first key, if the others are optional."""
 SIZED = ("box", "plane", "sphere")
-"""Shapes whose first key alone says how large they are."""
+"""Shapes whose size is given by their first key alone."""
 STRENGTH_KEYS = ("irradiance", "power", "intensity", "radiance")
-"""The keys of lights that give a strength in physical units."""
+"""Light keys for the strength in physical units."""
 
 
 def object_keys(
     description: Mapping[str, Any] | str | os.PathLike[str] | None, keys: dict[str, Any]
 ) -> dict[str, Any]:
-    """The keys of an object that is described by a dict, a mesh file's path or the word for a shape, and by keywords.
+    """Merges an object's description (a dict, a mesh file's path or a shape's name) with keywords; returns its keys.
 
-    Raises `WorldError` for a text that is neither.
+    Raises `WorldError` for a string that is neither a mesh file nor a shape.
     """
     if isinstance(description, str) and description.lower() in SHAPES:
         description = {description.lower(): {}}
@@ -188,7 +188,7 @@ def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dic
 
 
 def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]) -> dict[str, Any]:
-    """The keys of a light that is described by a dict or the word for its type, and by keywords."""
+    """Merges a light's description (a dict or its type) with keywords; returns its keys."""
     if isinstance(description, str):
         description = {"type": description}
     return _together(description, keys)

@@ -5,26 +5,33 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from .. import _core, usd
 from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
-from ..robots import find_root
+from ..robots import FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
+from .sources import HEAD_BYTES, check_scalable, kind_suffix, path_suffix, read_bytes, scale_factor
 from .usd_files import load_usd
 from .world import World
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsRead
 
 __all__ = ["load"]
 
 
 def load(
-    path: str | os.PathLike[str],
+    source: str | os.PathLike[str] | bytes | SupportsRead[bytes],
     *,
+    kind: str | None = None,
+    scale: float | None = None,
+    units: Literal["mm", "cm", "dm", "m", "km", "in", "ft"] | None = None,
     variant: str | None = None,
     texture_memory: int | str | None = None,
     folder: str | os.PathLike[str] | None = None,
@@ -33,65 +40,135 @@ def load(
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro).
+    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .xacro .sdf).
 
-    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
+    `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
+    to its end. The content determines the file type of bytes and of files without a known extension; if it is
+    ambiguous, `kind`, an extension such as "glb", determines it. Bytes open no other files: textures must be in the
+    file.
+
+    `scale` multiplies the coordinates of a mesh file, whose unit is unknown; `units` does the same with the unit's
+    length in metres, such as 0.001 for "mm".
+
+    USD (.usd .usda .usdc .usdz) requires the `raycam[usd]` extra; it is read in a separate process.
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
-    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`.
-    `variant` is the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}",
-    several separated by commas: all prims with that variant change. `World.variants` lists them.
+    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`. `variant` is
+    the name of a material variant of a glTF file. For USD it is "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several
+    separated by commas; "NAME" applies to all prims with that variant. `World.variants` lists the names.
 
-    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
-    images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
+    `texture_memory` limits the memory of material images, in bytes or as "512 MiB" (see `World`). Without it, images
+    may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
-    `folder` is the folder within which the files that a file names may lie: images, materials, buffers, layers, meshes
-    (default: the folder of the file). Symbolic links are followed within it. What lies outside is left out with a
-    notice, or is an error where nothing can be shown without it. A `path` that is a link may lead anywhere: the files
-    that it names are searched beside the link and beside its target.
+    `folder` restricts which files are read: images, materials, buffers, layers and meshes must be in it (default: the
+    file's folder). Symbolic links are followed within it. A part whose file is outside is omitted with a notice; an
+    essential part raises an error. `path` itself may be a link to anywhere; files that it refers to are then searched
+    next to the link and next to its target.
 
-    `time` is the time in seconds at which a USD file is read (default: the first time of each value); other files move
-    by `World.at`.
+    `time` is the time in seconds at which a USD file is read (default: the first time of each value); for other
+    formats, use `World.at`.
 
-    `up` is the up axis of a model whose file does not say it or is wrong: it turns the view, the sky and the ground,
-    and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
+    `up` is the model's up axis, if the file does not specify it or is wrong. It rotates the view, the sky and the
+    ground, not the vertices. By default, OBJ, PLY, STL and OFF files are z up, although most OBJ files are y up.
 
-    A robot (.urdf) stands at the origin with its joints at zero, or at the limit that is nearest to zero; see
-    `World.add_robot`, which has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
-    `xacro_args` are arguments of a xacro file.
+    A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
+    `World.add_robot` has more arguments. `packages` are folders in which `package://NAME` of robots is searched,
+    `xacro_args` are the arguments of a xacro file.
 
-    Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
-    malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
+    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of other files than meshes,
+    `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
+    an invalid description, each with file, line and key.
     """
-    if not isinstance(path, str | os.PathLike):
+    options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args)
+    if not isinstance(source, str | os.PathLike):
+        data = read_bytes(source)
+        return _load_bytes(data, kind_suffix(kind, data), options)
+    if kind is not None:
         raise SettingsError(
-            f"path must be the path of a world or model, not {type(path).__name__}", code="wrong_type"
+            f"kind={kind!r} is for bytes and file objects; {os.fspath(source)} is a path",
+            code="conflicting_values",
         )
+    return _load_path(source, folder, packages, options)
+
+
+class _Options(NamedTuple):
+    """Arguments of `load` that apply to paths and bytes."""
+
+    variant: str | None
+    texture_memory: int | str | None
+    time: float | None
+    up: Literal["z", "y"] | None
+    scale: float | None
+    """Factor of a mesh file's coordinates."""
+    xacro_args: Mapping[str, str] | None
+
+
+def _load_path(
+    path: str | os.PathLike[str],
+    folder: str | os.PathLike[str] | None,
+    packages: Iterable[str | os.PathLike[str]],
+    options: _Options,
+) -> World:
+    """The world of a file."""
     check_exists(path)
-    if xacro_args and Path(path).suffix.lower() != ".xacro":
+    suffix = path_suffix(path)
+    if options.xacro_args and suffix != ".xacro":
         raise SettingsError(f"{os.fspath(path)}: xacro_args are for .xacro files", code="conflicting_values")
-    if Path(path).suffix.lower() in usd.SUFFIXES:
-        core, variants = load_usd(path, texture_memory, folder, time, variant)
-        world, variant = World._of(core, variants), None
-    elif is_robot(path):
-        return _load_robot(path, variant, texture_memory, folder, time, up, packages, xacro_args)
-    elif time is not None:
+    if options.scale is not None:
+        with open(path, "rb") as file:
+            check_scalable(os.fspath(path), suffix, file.read(HEAD_BYTES))
+    if suffix in usd.SUFFIXES:
+        if Path(path).suffix.lower() != suffix:
+            return _load_bytes(Path(path).read_bytes(), suffix, options)
+        core, variants = load_usd(path, options.texture_memory, folder, options.time, options.variant)
+        return _finished(World._of(core, variants), path, options._replace(variant=None))
+    if is_robot(path):
+        return _load_robot(path, folder, packages, options)
+    _check_time(path, options.time)
+    if folder is not None:
+        check_folder(path, folder)
+    with recipe_named(path):
+        found = _with_robots(path, folder, options.texture_memory)
+        limit = memory_limits.parse_size("texture_memory", options.texture_memory)
+        world = found or World._of(_core.World.load(os.fspath(path), folder, limit))
+    return _finished(world, path, options)
+
+
+def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
+    """The world in the bytes of a file with this ending."""
+    name = f"bytes{suffix}"
+    if options.scale is not None:
+        check_scalable(name, suffix, data[:HEAD_BYTES])
+    if suffix in usd.SUFFIXES or is_robot(name):
+        from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
+
+        # Their readers require a file.
+        with TemporaryDirectory(prefix="raycam-") as folder:
+            path = Path(folder, name)
+            path.write_bytes(data)
+            return _load_path(path, None, (), options)
+    _check_time(name, options.time)
+    limit = memory_limits.parse_size("texture_memory", options.texture_memory)
+    return _finished(World._of(_core.World.load_bytes(data, name, limit)), name, options)
+
+
+def _check_time(path: str | os.PathLike[str], time: float | None) -> None:
+    if time is not None:
         raise SettingsError(
             f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)",
             code="conflicting_values",
         )
-    else:
-        if folder is not None:
-            check_folder(path, folder)
-        with recipe_named(path):
-            found = _with_robots(path, folder, texture_memory)
-            limit = memory_limits.parse_size("texture_memory", texture_memory)
-            world = found or World._of(_core.World.load(os.fspath(path), folder, limit))
-    if up is not None and up != world.up:
-        world = _turned(world, up, path)
-    if variant is not None:
+
+
+def _finished(world: World, path: str | os.PathLike[str], options: _Options) -> World:
+    """The world with its scale, up axis and variant; warns of its notices."""
+    if options.scale is not None:
+        world._core.scale_objects(options.scale)
+    if options.up is not None and options.up != world.up:
+        world = _turned(world, options.up, path)
+    if options.variant is not None:
         with collected():
-            world = world.with_variant(variant)
+            world = world.with_variant(options.variant)
     warn_all(world.notices)
     return world
 
@@ -122,24 +199,20 @@ def _with_robots(
         with collected():
             return World._described(description, home, texture_memory, lines)
     except Error as error:
-        raise type(error)(f"{os.fspath(path)}: {error}") from None
+        raise type(error)(f"{os.fspath(path)}: {error}", code=error.code) from None
 
 
 def _load_robot(
     path: str | os.PathLike[str],
-    variant: str | None,
-    texture_memory: int | str | None,
     folder: str | os.PathLike[str] | None,
-    time: float | None,
-    up: Literal["z", "y"] | None,
     packages: Iterable[str | os.PathLike[str]],
-    xacro_args: Mapping[str, str] | None,
+    options: _Options,
 ) -> World:
     """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
-    for name, value in (("variant", variant), ("time", time)):
+    for name, value in (("variant", options.variant), ("time", options.time)):
         if value is not None:
             raise SettingsError(f"{os.fspath(path)}: {name}= is not supported for robots")
-    if up == "y":
+    if options.up == "y":
         raise SettingsError(
             f"{os.fspath(path)}: robots are z up; add one to a y-up world with World('y').add_robot"
         )
@@ -147,9 +220,16 @@ def _load_robot(
         check_folder(path, folder)
     world = World(
         folder=find_root(Path(os.path.abspath(path)).parent) if folder is None else folder,
-        texture_memory=texture_memory,
+        texture_memory=options.texture_memory,
     )
-    world.add_robot(path, folder=folder, packages=packages, xacro_args=xacro_args)
+    files = FileResolver(Path(path), folder, packages)
+    how = {"placement": {}, "geometry": "visual", "category": "link", "missing": "error"}
+    for model in read_robots(path, files, options.xacro_args):
+        name = model.description.name
+        number = 2
+        while name in world.robots:
+            name, number = f"{model.description.name}-{number}", number + 1
+        world._add_model(model, files, name=name, **how)
     return world
 
 
@@ -159,7 +239,7 @@ def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
         raise SettingsError(
-            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top',
+            f'{os.fspath(path)}: a world file specifies its up axis; write up = "{up}" at its top',
             code="conflicting_values",
         )
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")

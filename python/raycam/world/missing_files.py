@@ -1,4 +1,4 @@
-"""Files that cannot be found, and the names nearest to theirs; recipes that are taken for worlds."""
+"""Errors with remedies for missing files (with the nearest names), and for recipes passed as worlds."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ MODELS = (
     ".toml",
     ".gltf",
     ".glb",
+    ".vrm",
     ".obj",
     ".ply",
     ".stl",
@@ -30,7 +31,7 @@ MODELS = (
 """The endings of files that are worlds or models."""
 SHOWN = 3
 DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)
-"""Keys and draws that recipes have, and worlds do not."""
+"""Keys and random draws that occur in recipes but not in worlds."""
 
 
 def check_exists(path: str | os.PathLike[str]) -> None:
@@ -60,7 +61,7 @@ def check_exists(path: str | os.PathLike[str]) -> None:
 
 
 def nearest_names(path: str | os.PathLike[str]) -> str:
-    """The nearest names of any kind in the folder of a file that is not there, as the end of a message."""
+    """Returns the end of a message with the names in a missing file's folder that are nearest to its name."""
     folder = Path(path).parent
     try:
         names = os.listdir(folder)
@@ -72,7 +73,7 @@ def nearest_names(path: str | os.PathLike[str]) -> str:
 
 @contextlib.contextmanager
 def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Adds what to do to the error of a world file that is a recipe."""
+    """Context that adds a remedy to the error of a world file that is a recipe."""
     try:
         yield
     except WorldError as error:

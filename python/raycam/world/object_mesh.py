@@ -1,4 +1,4 @@
-"""The mesh of one object as arrays of corners, read from the glTF form of the object."""
+"""The mesh of one object as arrays per corner, read from the object's glTF form."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .. import _core
 from ..arguments import Floats
 from .contents import WorldContents
 
-__all__ = ["ObjectMesh", "object_mesh"]
+__all__ = ["ObjectMesh", "attributes_of", "object_mesh"]
 
 Single = npt.NDArray[np.float32]
 
@@ -29,7 +29,7 @@ class ObjectMesh:
     corners: Floats
     """Positions in the world [f, 3, 3], exact."""
     uvs: tuple[Single, ...]
-    """Texture coordinates [f, 3, 2] of each set, v down; empty without any."""
+    """Texture coordinates [f, 3, 2] of each set, v down; an empty tuple if the mesh has none."""
     normals: Single | None
     """Unit shading normals in the mesh's frame [f, 3, 3]; None for flat faces."""
     colors: Single | None
@@ -44,13 +44,13 @@ class ObjectMesh:
 
 
 def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
-    """The mesh of the object with this id. Texture coordinates and normals are the mesh's float32 values."""
+    """Returns the mesh of the object with this id; texture coordinates and normals are the mesh's float32 values."""
     corners = world.triangles(number)
     alone = _alone(world, number)
     data, _ = _core.world_to_gltf(alone)
     length = struct.unpack("<I", data[12:16])[0]
     document, binary = json.loads(data[20 : 20 + length]), memoryview(data)[28 + length :]
-    parts = [_part(document, binary, each) for each in document["meshes"][0]["primitives"]]
+    parts = [attributes_of(document, binary, each) for each in document["meshes"][0]["primitives"]]
     order = np.arange(len(corners))
     local = np.concatenate([part["POSITION"] for part in parts])
     if len(parts) > 1:
@@ -77,7 +77,9 @@ def _alone(world: WorldContents, number: int) -> _core.World:
     return copy
 
 
-def _part(document: dict[str, Any], binary: memoryview, primitive: dict[str, Any]) -> dict[str, Single]:
+def attributes_of(
+    document: dict[str, Any], binary: memoryview, primitive: dict[str, Any]
+) -> dict[str, Single]:
     """The attributes of a primitive by corner, [f, 3, k]."""
     arrays = {name: _accessor(document, binary, i) for name, i in primitive["attributes"].items()}
     count = len(arrays["POSITION"])

@@ -17,7 +17,7 @@ class Object:
     name: str
     """The object's name, unique within the world."""
     category: str | None
-    """The object's class for data sets; None for none."""
+    """The object's class for data sets, or None."""
     mesh: int
     """The index of the mesh, which other objects may share."""
     triangles: int
@@ -25,9 +25,9 @@ class Object:
     matrix: Floats
     """The affine transform world_from_mesh [4, 4], read-only."""
     visible: bool = True
-    """False for an object that is in no picture, shadow, light or query."""
+    """False for an object that is excluded from images, shadows, light and queries."""
     shadow_catcher: bool = False
-    """True for an object of which pictures with a transparent background, or a camera's, show the shadows alone."""
+    """True for an object of which images with a transparent background or a background photo show only the shadows."""
 
     def __repr__(self) -> str:
         """Number, name, category, triangles and place as text."""
@@ -41,15 +41,20 @@ class Object:
         )
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Raises `WorldError`, which says how objects are changed."""
+        """Raises `WorldError` with the call that changes the object."""
         if name not in self.__dict__ and name in self.__dataclass_fields__:
             object.__setattr__(self, name, value)  # once, when it is made
             return
-        raise WorldError(f"objects are read-only: world.set_object({self.name!r}, {name}=...)")
+        raise WorldError(
+            f"objects are read-only; world.set_object({self.name!r}, {name}=...) changes the object",
+            code="read_only",
+        )
 
     def __delattr__(self, name: str) -> None:
         """Raises `WorldError`."""
-        raise WorldError(f"objects are read-only: world.remove_object({self.name!r})")
+        raise WorldError(
+            f"objects are read-only; world.remove_object({self.name!r}) removes the object", code="read_only"
+        )
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Queries of points and of pairs of points: closest points, distances, inside and outside, sight."""
+"""Queries of points and point pairs: closest points, distances, inside tests, visibility."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from .ray_queries import Surface
 __all__ = ["PointQueries", "Topology"]
 
 PAIRS_PER_BLOCK = 1 << 20
-"""Pairs of points that are converted at once, so that broadcast points take no memory."""
+"""Number of point pairs converted at a time, so that broadcast points need little memory."""
 
 
 @dataclass(frozen=True)
 class Topology:
-    """A mesh as a surface.
+    """The topology of an object's mesh, and its volume.
 
-    Vertices at one place are one; triangles with two corners at one place are left out. `closed`: every edge has an
-    even number of triangles. `oriented`: every edge is passed as often one way as the other. `boundary_edges` int32
-    [k, 2] are the edges of an odd number of triangles, as vertices of the mesh, the first at each place. `volume` is
-    that of the placed object, positive if triangles are counter-clockwise seen from outside; it means something for
-    closed, oriented meshes. `components`: the number of parts that edges connect.
+    Vertices with equal positions count as one vertex; triangles with two equal corners are ignored. `closed`: every
+    edge belongs to an even number of triangles. `oriented`: neighbouring triangles traverse their common edge in
+    opposite directions. `boundary_edges` int32 [k, 2] are the edges of an odd number of triangles, as vertex indices;
+    of equal vertices, the first. `volume` is the placed object's volume in cubic metres, positive if triangles are
+    counter-clockwise seen from outside; it is only meaningful for closed, oriented meshes. `components` is the number
+    of parts that edges connect.
     """
 
     closed: bool
@@ -40,27 +41,30 @@ class Topology:
 
 
 class PointQueries:
-    """Methods of `World` that take points."""
+    """Base class of `World` with the queries of points."""
 
     __slots__ = ()
 
     _core: _core.World
 
     def topology(self, object: int | str) -> Topology:
-        """The topology of an object's mesh, by number or name; raises `WorldError` for an unknown object."""
+        """Returns the topology of an object's mesh, by number or name; raises `WorldError` for an unknown object."""
         return Topology(*_core.world_topology(self._core, object_number(self._core, object)))
 
     def inside(
         self, points: npt.ArrayLike, *, objects: Chosen | None = None, threads: int | None = None
     ) -> Bools:
-        """True [...] for `points` [..., 3] inside of any of the objects.
+        """Returns True [...] for `points` [..., 3] that are inside any of the objects.
 
-        Exact for closed meshes: of oriented ones, also inside out, with hollows or with bodies that overlap, the signed
-        crossings of a ray are not 0; where windings are mixed, their number is odd. An open mesh holds the points with
-        a winding number of 1/2 or more, in size. A point on a surface is where a point moved by an infinitesimal (e,
-        e², e³) is: a box holds `low <= p < high`, and bodies side by side fill space. Points that are not finite are
-        outside. `objects` are numbers or names; raises `WorldError` for unknown ones, and `SettingsError` for other
-        shapes.
+        The result is exact for closed meshes. A point is inside an oriented mesh (also one that is inside out,
+        hollow, or consists of overlapping bodies) if the signed crossings of a ray from it do not sum to 0; inside a
+        mesh with mixed orientations if their number is odd. A point is inside an open mesh if the absolute winding
+        number is at least 1/2. A point on a surface is classified as if moved by an infinitesimal (e, e², e³): a box
+        contains `low <= p < high`, so a point on the common face of two adjacent boxes is inside exactly one. Points
+        that are not finite are outside.
+
+        `objects` are numbers or names (default: all). Raises `WorldError` for unknown objects and `SettingsError` for
+        a wrong shape.
         """
         array = triples("points", points)
         mask, threads = self._ready(objects, threads)
@@ -69,12 +73,12 @@ class PointQueries:
     def winding_number(
         self, points: npt.ArrayLike, *, objects: Chosen | None = None, threads: int | None = None
     ) -> Floats:
-        """The generalised winding number float64 [...] of the objects around `points` [..., 3], summed over objects.
+        """Returns the generalised winding number float64 [...] around `points` [..., 3], summed over the objects.
 
-        The solid angle of the surface over 4 pi (Jacobson, Kavan and Sorkine-Hornung 2013): 1 inside of a closed mesh
-        whose triangles are counter-clockwise seen from outside, 0 outside, between for open ones. Whole numbers are
-        exact, others are off by 1e-12 or so. Takes time in proportion to the edges that do not pair. 0 for points that
-        are not finite; arguments and errors of `inside`.
+        It is the surface's solid angle divided by 4 pi (Jacobson, Kavan and Sorkine-Hornung 2013): 1 inside a closed
+        mesh whose triangles are counter-clockwise seen from outside, 0 outside, and in between for open meshes.
+        Integers are exact; other values have errors of about 1e-12. The time is proportional to the number of edges
+        without a partner. The value is 0 for points that are not finite. Arguments and errors are those of `inside`.
         """
         array = triples("points", points)
         mask, threads = self._ready(objects, threads)
@@ -88,7 +92,7 @@ class PointQueries:
         objects: Chosen | None = None,
         threads: int | None = None,
     ) -> dict[str, npt.NDArray[Any]]:
-        """The closest point of the world to each of `points` [..., 3], within `max_distance`.
+        """Returns the closest surface point to each of `points` [..., 3], within `max_distance`.
 
         =========== ================ =================================================================  =====
         distance    float64 [...]    to the closest point                                               +inf
@@ -99,11 +103,11 @@ class PointQueries:
         normal      float64 [..., 3] the triangle's unit normal, outwards; 0 without an area            0
         =========== ================ =================================================================  =====
 
-        The last column is the value without a point in reach: beyond `max_distance` (one number or one for each point),
-        in an empty world, and for points that are not finite. Triangles without area are segments or points, and
-        count. Of equal distances the smallest (instance, triangle) is taken. Errors are below 4 units in the last
-        place of the largest coordinate. Raises `SettingsError` for other shapes and limits that are negative or NaN,
-        and `WorldError` for unknown objects.
+        The last column is the value if there is no surface within `max_distance` (one number, or one for each point),
+        in an empty world, and for points that are not finite. Triangles without area are included, as segments or
+        points. Among equal distances, the smallest (instance, triangle) is returned. Errors are below 4 units in the
+        last place of the largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or
+        NaN, and `WorldError` for unknown objects.
         """
         query, shape = self._points(points, max_distance, objects, threads)
         found = _core.world_closest_points(self._core, query)
@@ -117,7 +121,7 @@ class PointQueries:
         objects: Chosen | None = None,
         threads: int | None = None,
     ) -> Floats:
-        """The distance float64 [...] of `points` [..., 3] to the surfaces, as of `closest_points`."""
+        """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface, as in `closest_points`."""
         query, shape = self._points(points, max_distance, objects, threads)
         return _core.world_distance(self._core, query).reshape(shape)
 
@@ -130,12 +134,12 @@ class PointQueries:
         objects: Chosen | None = None,
         threads: int | None = None,
     ) -> Floats:
-        """The distance float64 [...] of `points` [..., 3] to the nearest surface, negative inside.
+        """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface, negative inside.
 
-        `sign`: "auto" is negative where `inside` is True; "winding" where the winding number is 1/2 or more, in size;
-        "pseudonormal" behind the surface at its closest point (Bærentzen and Aanæs 2005), also of open sheets; "none"
-        is `distance`. (trimesh has the other sign: positive inside.) +inf beyond `max_distance`. Arguments and errors
-        of `closest_points`.
+        `sign` selects which points have a negative distance: "auto", points for which `inside` is True; "winding",
+        points with an absolute winding number of at least 1/2; "pseudonormal", points behind the surface at the
+        closest point, also for open meshes (Bærentzen and Aanæs 2005); "none", no points. trimesh uses the opposite
+        sign. The distance is +inf beyond `max_distance`. Other arguments and errors are those of `closest_points`.
         """
         rule = one_of("sign", sign, ("auto", "winding", "pseudonormal", "none"))
         query, shape = self._points(points, max_distance, objects, threads)
@@ -153,13 +157,14 @@ class PointQueries:
         surface: Surface = "first",
         threads: int | None = None,
     ) -> Bools:
-        """True [...] for points `a` and `b` [..., 3] with no triangle between them; the same both ways.
+        """Returns True [...] for points `a` and `b` [..., 3] with no triangle between them; symmetric in `a` and `b`.
 
-        They broadcast as in NumPy: `visible(a[:, None], b)` is the matrix of sight, and takes no memory beside it.
-        Triangles within `margin` of either point do not count: those on which an end lies. By default the margin is
-        eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate, the rounding
-        of a point on a surface. A triangle is closed, as for `cast_rays`; `objects` and `surface` are as there. Points
-        that are not finite see nothing. Raises `SettingsError` for other shapes and a negative margin.
+        The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without further
+        memory. Triangles within `margin` of either point are ignored, because the point may lie on them. The default
+        margin is eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate,
+        the rounding error of a point on a surface. As in `cast_rays`, triangles include their edges; `objects` and
+        `surface` are as there. The result is False for points that are not finite. Raises `SettingsError` for a wrong
+        shape and a negative margin.
         """
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))

@@ -46,13 +46,13 @@ class CrossingLimits(TypedDict, total=False):
     t_min: npt.ArrayLike
     """The smallest ray parameter: one number, or one for each ray (default: 0)."""
     objects: Chosen | None
-    """The objects that count, by number or name (default: all)."""
+    """The objects that rays can hit, by number or name (default: all)."""
     exclude: Chosen | None
-    """Objects that do not count."""
+    """Objects that rays pass through, by number or name."""
     surface: Surface
-    """"first" (default): every surface counts; "solid": only opaque surfaces."""
+    """"first" (default): rays hit every surface; "solid": only opaque surfaces."""
     facing: Facing
-    """The sides that count: "both" (default), "front", "back" or "material"."""
+    """The sides of triangles that rays hit: "both" (default), "front", "back" or "material"."""
     threads: int | None
     """The number of threads (default: all that the process may use)."""
 
@@ -61,9 +61,9 @@ class RayLimits(CrossingLimits, total=False):
     """Limits of `World.cast_rays` and `World.occluded`; see `World.cast_rays`."""
 
     skip: tuple[npt.ArrayLike, npt.ArrayLike] | None
-    """(instance, triangle) that each ray passes through."""
+    """(instance, triangle): arrays of the triangle that each ray passes through."""
     exact: bool
-    """False: decide in float32 instead of exactly (default: True)."""
+    """False: use float32 instead of exact arithmetic (default: True)."""
     coherent: bool | None
     """True if neighbouring rays are similar (default: detected); changes the speed only."""
     times: npt.ArrayLike | None
@@ -71,7 +71,7 @@ class RayLimits(CrossingLimits, total=False):
 
 
 class RayQueries:
-    """Methods of `World` that take rays."""
+    """Base class of `World` with the queries of rays."""
 
     __slots__ = ()
 
@@ -87,11 +87,11 @@ class RayQueries:
         cancel: Cancel | None = None,
         **limits: Unpack[RayLimits],
     ) -> Arrays:
-        """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
+        """Returns the closest hit of each ray `origin + t * direction` with `t_min` <= t <= `t_max`.
 
-        `origins` and `directions` are [..., 3] in the world and broadcast as in NumPy. Directions need not be
-        normalised. `t_min` and `t_max` are one number or one for each ray; they may be negative or infinite.
-        Returns arrays of the shape of the rays, those named in `fields`:
+        `origins` and `directions` are [..., 3] in world coordinates and broadcast as in NumPy. Directions need not be
+        normalised. `t_min` (default 0) and `t_max` are one number or one for each ray; they may be negative or
+        infinite. Returns the arrays named in `fields`, in the shape of the rays:
 
         ============== ================ ================================================================ =====
         t              float64 [...]    ray parameter, in lengths of the direction                       +inf
@@ -113,28 +113,30 @@ class RayQueries:
         The last column is the value of a miss. The first six are the default. Rays that are not finite or have a zero
         direction are misses.
 
-        `objects` and `exclude` choose the objects that count, by number or name. `skip=(instance, triangle)`, one for
-        each ray, leaves out the triangle that a ray starts from, as a hit names it; -1 as triangle leaves out the whole
-        object, -1 as instance nothing. `facing` takes hits of one side alone: "front", "back", or "material" (one-sided
-        materials from the front). `surface="solid"` passes what one sees through, as in pictures.
+        `objects` and `exclude` select the objects that rays can hit, by number or name. `skip=(instance, triangle)`,
+        one pair for each ray, ignores the triangle on which the ray starts (as returned by an earlier hit); triangle
+        -1 ignores the whole object, instance -1 ignores nothing. `facing` accepts hits on one side only: "front",
+        "back", or "material" (one-sided materials from the front). `surface="solid"` ignores transparent surfaces, as
+        in images.
 
-        A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
-        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-36 to
-        1e37; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
-        instance, triangle).
+        Triangles include their edges: a ray through an edge or a corner hits the triangle; a ray in its plane does
+        not. Hits are exact for the given float64 numbers (exact predicates, Shewchuk 1997), for absolute coordinates
+        from 1e-36 to 1e37; `t` and the weights have errors of at most one unit in the last place. Among several hits,
+        the smallest (t, instance, triangle) is returned.
 
-        `exact=False` decides in float32 instead: about twice as fast for rays that share nothing, but a hit nearer
-        than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
-        other. It starts all rays at t = 0 and takes all surfaces; `coherent` tells it whether neighbouring rays are
-        similar (None: detected), for speed only.
+        `exact=False` uses float32 instead. It is about twice as fast for incoherent rays, but a hit that is nearer
+        than 1e-6 of the world's size to an edge, to the ray's start or to another surface may be missed or replaced
+        by the other surface. It requires t_min = 0 and the default `objects`, `skip`, `facing` and `surface`.
+        `coherent` states whether neighbouring rays are similar (None: detected); it affects the speed only.
 
-        `times` is one time for all rays, or one for each, in seconds after the world's time (`World.at`): ray i has the
-        hit that it has in `world.at(T + times[i])`, also if `exact=False`. The world is placed once for each distinct
-        time; a world without motion costs nothing more. A moving world that is at no time is static, with a notice.
-        `cancel` is a `raycam.Cancel`, which ends the call from another thread
-        with `Cancelled`.
+        `times` is one time for all rays, or one for each ray, in seconds after the world's time T (see `World.at`):
+        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. The world is prepared once for
+        each distinct time; worlds without motion need no additional time. An animated world for which no time is set
+        is static, with a notice.
 
-        Raises `SettingsError` for other shapes, limits that are NaN and unknown fields, with the nearest, and
+        `cancel` is a `raycam.Cancel`; cancelling it from another thread ends the call with `Cancelled`.
+
+        Raises `SettingsError` for a wrong shape, limits that are NaN and unknown fields (with the nearest name), and
         `WorldError` for unknown objects.
         """
         query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
@@ -148,9 +150,9 @@ class RayQueries:
         t_max: npt.ArrayLike = np.inf,
         **limits: Unpack[RayLimits],
     ) -> Bools:
-        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`; arguments and rules of `cast_rays`.
+        """Returns True [...] for rays that hit anything at `t_min` <= t <= `t_max`.
 
-        `times` works as in `cast_rays`.
+        Arguments, rules and errors are those of `cast_rays`.
         """
         query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
         return _core.world_occluded(self._core, query).reshape(shape)
@@ -165,9 +167,9 @@ class RayQueries:
         fields: Iterable[str] = CROSSING_FIELDS,
         **limits: Unpack[CrossingLimits],
     ) -> Arrays:
-        """All crossings of each ray `origin + t * direction`, `t_min` <= t <= `t_max`, with surfaces.
+        """Returns all crossings of each ray `origin + t * direction`, `t_min` <= t <= `t_max`, with surfaces.
 
-        Arguments are those of `cast_rays`; `max_hits` keeps the first of each ray. Returns
+        Arguments are those of `cast_rays`; `max_hits` limits the result to the first crossings of each ray. Returns
 
         ======= ============= ========================================================================
         offsets int64 [n + 1] crossings of ray i are `offsets[i]:offsets[i + 1]`; n rays, in C order
@@ -178,11 +180,12 @@ class RayQueries:
 
         sorted by (ray, t, instance, triangle).
 
-        Each ray is moved by an infinitesimal vector (e, e², e³), by simulation of simplicity (Edelsbrunner and Mücke
-        1990), so it passes no edge, no corner and no surface with its start. Through an edge or a corner that
-        triangles share the surface is crossed once, or 0 or 2 times at a silhouette; a line crosses a closed mesh an
-        even number of times; a ray in the plane of a triangle does not cross it. Duplicated faces are two surfaces. A
-        crossing at the start counts for `t_min=0` if the moved start is before it. Signs are exact as in `cast_rays`.
+        Each ray is moved by an infinitesimal vector (e, e², e³) (simulation of simplicity, Edelsbrunner and Mücke
+        1990), so it never meets an edge or a corner, and never starts on a surface. A ray through an edge or corner
+        that triangles share therefore crosses the surface once, or 0 or 2 times at a silhouette; a line crosses a
+        closed mesh an even number of times; a ray in the plane of a triangle does not cross it. Duplicate faces are
+        two surfaces. With `t_min=0`, a crossing at the ray's start is included if the moved start is before it. The
+        arithmetic is exact, as in `cast_rays`.
         """
         if max_hits is not None:
             max_hits = whole("max_hits", max_hits, 0, 2**62)
@@ -198,10 +201,10 @@ class RayQueries:
         signed: bool = False,
         **limits: Unpack[CrossingLimits],
     ) -> npt.NDArray[np.int32]:
-        """The number of crossings of each ray, int32 [...], by the rules of `intersections`.
+        """Returns the number of crossings of each ray, int32 [...], by the rules of `intersections`.
 
-        `signed`: crossings that leave (through the back of a triangle) less those that enter, which is the winding
-        number of closed oriented meshes around the origin.
+        With `signed`, crossings that enter (through the front of a triangle) are subtracted from those that leave;
+        for closed oriented meshes, the result is the winding number around the ray's origin.
         """
         query, shape = self._rays(origins, directions, t_max, limits, CrossingLimits)
         return _core.world_count_intersections(self._core, query, flag("signed", signed)).reshape(shape)

@@ -1,4 +1,4 @@
-"""Robots in worlds: their visuals become objects, their joints move these."""
+"""Robots in worlds: their visual shapes become objects, which their joints move."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ __all__ = ["GEOMETRIES", "is_robot", "place_robot"]
 GEOMETRIES = ("visual", "collision")
 """Shapes that a robot shows."""
 OWN_MATERIALS = (".glb", ".gltf", ".dae")
-"""Endings of meshes that always bring their own materials."""
+"""Endings of mesh files that contain their own materials."""
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".dae")
 SHOWN_FAULTS = 20
-"""Missing files that an error lists."""
+"""Maximum number of missing files that an error lists."""
 
 
 def is_robot(name: object) -> bool:
-    """True for the name of a robot file."""
+    """Returns True for the name of a robot file."""
     return isinstance(name, str | os.PathLike) and Path(name).suffix.lower() in robots.SUFFIXES
 
 
 def place_robot(
     world: WorldContents,
-    path: str | os.PathLike[str],
+    model: robots.RobotModel,
     files: robots.FileResolver,
     *,
     name: str | None,
@@ -46,26 +46,35 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
-    xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[robots.Robot, list[Notice]]:
-    """Adds a robot's shapes to a world at its zero; returns the robot and notices.
+    """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
-    The world is unchanged if an error is raised before objects are added: all files are found first.
+    `placement` moves the origin of the file. All files are located before objects are added, so the world is unchanged
+    if one is missing.
     """
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
     one_of("category", category, ["link", "robot"])
-    description = robots.read_robot(path, files, xacro_args)
+    description = model.description
     robot = robots.Robot.at_zero(
-        description.name if name is None else name, description, _pose(world, placement)
+        description.name if name is None else name,
+        description,
+        _pose(world, placement) @ model.world_from_root,
     )
     if robot.name in world._robots:
         raise WorldError(
-            f"robot {robot.name!r}: the name is taken; pass another name=", code="duplicate_name"
+            f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
     builder = _Builder(world, robot, files, geometry, category)
     builder.find_meshes(missing)
     builder.add_objects()
+    for one in model.cameras:
+        full = f"{robot.name}/{one.name}"
+        if full in {camera for camera, _ in world._core.cameras}:
+            raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
+        placed = robots.place_camera(one.camera, robot.pose(one.link))
+        world._core.add_camera(full, placed._core)
+        robot._cameras.append((full, one.link, one.camera))
     return robot, list(dict.fromkeys([*description.notices, *files.notices, *builder.notices]))
 
 

@@ -65,7 +65,7 @@ def joint_poses(world: WorldContents, joints: Mapping[str, JointValues]) -> dict
 
 
 def mounted_camera(world: WorldContents, camera: Any) -> Any:
-    """Returns the mounted camera of this name, if a robot of the world has it; anything else is returned unchanged."""
+    """Returns the mounted camera of this name, if a robot of the world has one; other values are returned unchanged."""
     if isinstance(camera, str):
         for robot in world._robots.values():
             for name, link, on_link in robot._cameras:
@@ -79,7 +79,7 @@ def follow_joints(
 ) -> list[Camera]:
     """Returns the cameras of many images: cameras on the robots of `joints` are placed for each joint vector.
 
-    Raises `SettingsError` if there are several cameras and another number of joint vectors.
+    Raises `SettingsError` if the numbers of cameras and joint vectors differ and neither is 1.
     """
     placed: list[list[Camera]] = []
     for camera in cameras:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import _core
 from ..camera import Camera
-from ..errors import Error, WorldError, nearest
+from ..errors import Error, WorldError, nearest, with_code
 from ..robots import Robot, place_camera
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ ROBOT_KEYS = (
 
 
 def has_robots(description: Mapping[str, Any]) -> bool:
-    """True for a world's description with robots."""
+    """Returns True for a world's description with robots."""
     return isinstance(description, Mapping) and "robot" in description
 
 
@@ -71,7 +71,7 @@ def add_robot_tables(
         try:
             _add(world, dict(table), Path(folder))
         except Error as error:
-            raise type(error)(f"{line}robot[{number}]: {error}") from None
+            raise type(error)(f"{line}robot[{number}]: {error}", code=error.code) from None
 
 
 def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:
@@ -98,7 +98,10 @@ def _inside(folder: Path, name: str) -> Path:
     path = folder / name
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise WorldError(f"{name!r} is outside the world's folder {folder}", code="outside_root")
-    path.stat()
+    try:
+        path.stat()
+    except OSError as error:
+        raise with_code(error) from None
     return path
 
 
@@ -118,7 +121,7 @@ def _mount(world: WorldBuilding, robot: Robot, table: dict[str, Any], folder: Pa
         on_link = _calibrated(_inside(folder, str(calibration)), table)
     full = f"{robot.name}/{name}"
     if full in world.cameras:
-        raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
+        raise WorldError(f"camera {full!r}: the name already exists", code="duplicate_name")
     world.add_camera(place_camera(on_link, robot.pose(link)), full)
     robot._cameras.append((full, link, on_link))
 

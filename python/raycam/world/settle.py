@@ -126,6 +126,8 @@ def find_overlaps(world: World) -> list[tuple[str, str, float]]:
         return []
     # Objects of one group are not compared: links of one robot, and all objects that belong to no robot.
     groups = sorted({owner or "" for owner in owners})
+    if len(groups) == 1:
+        return []
     found = _core.world_overlaps(world._core, [groups.index(owner or "") for owner in owners], OVERLAP_M)
     return [(names[a], names[b], depth) for a, b, depth in found]
 

@@ -1,4 +1,4 @@
-"""The studio: a soft key light, a grey room that metals reflect, and a floor without an edge.
+"""The studio: a soft key light, a grey room that metals reflect, and a floor without a visible edge.
 
 The room's radiance below the horizon is that of the lit floor, so the floor's edge is invisible.
 """
@@ -20,24 +20,24 @@ from .framing import axes_of, without_ground
 __all__ = ["FLOOR", "add_ground", "add_studio", "add_studio_preview", "add_sun", "is_above", "studio_floor"]
 
 FLOOR = 0.62
-"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
+"""Albedo of the studio's floor, and radiance of floor and background outside shadows."""
 
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
-"""The sides of the studio's floor and of other grounds, in diagonals of the world's bounds."""
+"""Side lengths of the studio's floor and of other grounds, in diagonals of the world's bounds."""
 GROUND_GAP = 1e-4
-"""The distance between the world and the ground, in half diagonals: none of its faces lies in the ground's plane."""
+"""Gap between the world and the ground, in half diagonals, so that no face lies in the ground's plane."""
 KEY_AZIMUTH, KEY_ELEVATION, KEY_DIAMETER = -37.0, 50.0, 15.0
-"""Degrees: of the key light, to the right of the camera; above the horizon; across."""
+"""The key light's angle to the right of the camera, height above the horizon and diameter, in degrees."""
 KEY_IRRADIANCE, ROOM_RADIANCE = 2.5, 0.55
-"""The irradiance of the key light and the radiance of the room, before the floor's radiance becomes `FLOOR`."""
+"""Irradiance of the key light and radiance of the room, before both are scaled so that the floor has `FLOOR`."""
 SOFTBOXES = ((35.0, 40.0, 30.0, 50.0, 1.5), (-110.0, 35.0, 16.0, 50.0, 1.0))
-"""Lights in the room: azimuth and elevation, width and height, in degrees, and radiance."""
+"""Soft boxes in the room: azimuth, elevation, width and height in degrees, and radiance."""
 SUN_IRRADIANCE = 2.6
 """Irradiance of the sun of `add_sun`, in W/m²."""
 SKY_RADIANCE = 0.4
 """Radiance of the sky of `add_sun`, in W/(m² sr)."""
 ROOM_IMAGE_ROWS = 128
-"""Rows of the room's picture."""
+"""Rows of the room's image."""
 
 
 def add_ground(
@@ -53,7 +53,7 @@ def add_ground(
     bounds = without_ground(world).bounds
     if bounds is None and (height is None or size is None):
         raise WorldError(
-            "the world is empty: add its objects first, or give the ground's height and size",
+            "the world is empty; add objects first, or pass the ground's height and size",
             code="missing_value",
         )
     low, high = np.zeros((2, 3)) if bounds is None else bounds
@@ -74,7 +74,7 @@ def add_ground(
 
 
 def studio_floor(world: WorldContents) -> dict[str, float | None]:
-    """The height and the side of the studio's floor under a world, as arguments of `add_ground`."""
+    """Returns the height and the side of the studio's floor under a world, as arguments of `add_ground`."""
     bounds = without_ground(world).bounds
     if bounds is None:
         return {"height": None, "size": 2 * FLOOR_SIDE}
@@ -142,7 +142,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     _, front, upward = axes_of(world.up)
     if camera is None:
         camera = world.default_camera()
-    for axis in (camera.R[2], -camera.R[1], front):  # forward; of a camera that looks down, the picture's up
+    for axis in (camera.R[2], -camera.R[1], front):  # forward; of a camera that looks down, the image's up
         level = axis - (axis * upward).sum() * upward
         length = float(np.sqrt((level * level).sum()))
         if length > 0.05:
@@ -152,14 +152,14 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
 
 
 def is_above(world: WorldContents, camera: Camera) -> bool:
-    """True if the camera stands above the lowest point of the world, and so above its ground."""
+    """Returns True if the camera is above the world's lowest point, and therefore above its ground."""
     bounds = without_ground(world).bounds
     axis = 2 if world.up == "z" else 1
     return bounds is not None and bool(camera.location[axis] > bounds[0][axis])
 
 
 def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
-    """The equirectangular picture of the room, and the factor that the key light shares with it."""
+    """The equirectangular image of the room, and the factor that the key light shares with it."""
     # No sine, exponential or sum of NumPy: their last bits depend on the processor.
     heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]
@@ -168,7 +168,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     # The middle column shows +x of a z-up world, -z of a y-up one; columns run to the right.
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
-    # To the right in the picture is clockwise from above; to the right of the camera is the other way.
+    # To the right in the image is clockwise from above; to the right of the camera is the other way.
     azimuth = start - (np.arange(2 * ROOM_IMAGE_ROWS) + 0.5 - ROOM_IMAGE_ROWS)[None] * (
         180.0 / ROOM_IMAGE_ROWS
     )

@@ -1,4 +1,4 @@
-"""Lights that are aimed at a target."""
+"""Aiming of lights at a target."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .contents import WorldContents
 __all__ = ["aim_light"]
 
 DIRECTED = ("sun", "spot", "disk", "ies")
-"""The types of lights that have a direction."""
+"""Light types with a direction."""
 
 
 def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
-    """The keys of a light, with its `target` replaced by a direction, or by the edges of an area light.
+    """Returns a light's keys with `target` replaced by a direction, or by the edges of an area light.
 
-    Raises `WorldError` for a light that shines into all directions, and where `position` is missing.
+    Raises `WorldError` for a light that shines in all directions, and if `position` is missing.
     """
     if "target" not in keys:
         return keys
@@ -33,7 +33,8 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     for taken in ("direction",) if kind != "area" else ("u", "v"):
         if taken in keys:
             raise WorldError(
-                f"target and {taken}: both aim the light; give one of them", code="conflicting_values"
+                f"target and {taken} cannot be combined, because both aim the light; give one of them",
+                code="conflicting_values",
             )
     if "position" not in keys:
         raise WorldError(

@@ -1,4 +1,4 @@
-"""Images as textures of a material."""
+"""Textures of materials."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image with its lookup parameters: a value of `texture` and `textures` of an object.
+    """An image with its lookup parameters, for the keys `texture` and `textures` of an object.
 
-    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] with its first row at v = 0: uint8, uint16
-    or bool (sRGB in colours, linear elsewhere), or linear floats. Floats outside of 0 to 1 (of emission: below 0) are
+    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] whose first row is at v = 0: uint8, uint16
+    or bool (sRGB for colours, otherwise linear), or linear floats. Floats outside 0 to 1 (for emission: below 0) are
     clamped, with a notice. `wrap` is the addressing mode outside 0..1 (one for both axes or one each), `filter` the
     interpolation between texels. Texture coordinates (u, v) are multiplied by `repeat`, rotated by `rotation` degrees
-    and shifted by `offset`, as in `KHR_texture_transform` of glTF. `uv_set` chooses one of the mesh's sets of
-    coordinates. `channel` uses one channel of the image for all. `strength` scales normal and occlusion textures.
+    and shifted by `offset`, as in glTF's `KHR_texture_transform`. `uv_set` selects one of the mesh's coordinate sets.
+    `channel` uses one channel of the image for all values. `strength` scales normal and occlusion textures.
 
         box = world.add_object(box={}, type="principled", textures={"roughness": raycam.Texture(array, repeat=4)})
 
-    Raises `WorldError` for an array of another shape or type.
+    Raises `WorldError` for an array with a wrong shape or dtype.
     """
 
     image: str | os.PathLike[str] | npt.NDArray[Any]
@@ -43,7 +43,7 @@ class Texture:
     strength: float | None = None
 
     def description(self) -> dict[str, Any]:
-        """The texture as a table of a world file."""
+        """Returns the texture as a table of a world file."""
         table = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "image"}
         return {"image": _image(self.image)} | {
             name: value for name, value in table.items() if value is not None

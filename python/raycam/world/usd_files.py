@@ -18,7 +18,7 @@ __all__ = ["add_usd_object", "is_usd", "load_usd"]
 
 
 def is_usd(name: object) -> bool:
-    """True for the name of a USD file."""
+    """Returns True for the name of a USD file."""
     return isinstance(name, str | os.PathLike) and Path(name).suffix.lower() in usd.SUFFIXES
 
 
@@ -29,7 +29,7 @@ def load_usd(
     time: float | None,
     variant: str | None,
 ) -> tuple[_core.World, list[str]]:
-    """The world of a USD file, and its variants as "SET=NAME"."""
+    """Returns the world of a USD file, and its variants as "SET=NAME"."""
     from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
@@ -44,8 +44,8 @@ def load_usd(
 def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) -> int:
     """Adds all meshes of a USD file to a world as one object; returns its id.
 
-    The mesh is turned from the file's up axis to the world's, except with `upright` False, or with `matrix` unless
-    `upright` is True. `root` is the folder of the world.
+    The mesh is rotated from the file's up axis to the world's, unless `upright` is False, or a `matrix` is given and
+    `upright` is not True. `root` is the folder of the world.
     """
     keys = dict(keys)
     path = Path(root or "", keys["mesh"])

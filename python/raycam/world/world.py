@@ -1,4 +1,4 @@
-"""Worlds: loaded from a file, or built by hand."""
+"""Worlds: loaded from a file or built in Python."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
     `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
 
-    `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any folder.
-    Relative names start from `folder` (default: the current folder). Files named in a file inside `folder` are read
-    from anywhere inside `folder`, those of another file only from the folder of that file, as in `load`.
+    `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any
+    folder. Relative paths start at `folder` (default: the current folder). A file inside `folder` may refer to files
+    anywhere inside `folder`; any other file may only refer to files in its own folder, as in `load`.
 
-    A world is prepared for tracing on first use, and again after changes; unchanged parts are not rebuilt. Several
+    Acceleration structures are built on first use, and again after changes; unchanged parts are not rebuilt. Several
     threads may use a world at the same time.
 
-    `texture_memory` bounds the memory of images, in bytes or as "512 MiB". If the images with their mip maps exceed it,
-    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; pictures stay the
-    same.
+    `texture_memory` limits the memory of textures, in bytes or as "512 MiB". If the textures with their mip maps
+    exceed it, all of them are stored in a temporary file (in `TMPDIR`, or else `/var/tmp`) and read tile by tile;
+    rendered images do not change.
     """
 
     __slots__ = ()
@@ -70,10 +70,11 @@ class World(WorldBuilding, RayQueries, PointQueries):
         folder: str | os.PathLike[str] = ".",
         texture_memory: int | str | None = None,
     ) -> World:
-        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `robot`, `light`, `video`, ...
+        """Returns a world from a dict with the keys of a world file: `up`, `camera`, `object`, `robot`, `light`,
+        `video`, ...
 
-        Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
-        description can read nothing else. Raises the errors of `load`, without file and line.
+        Lists of numbers may be NumPy arrays. All files must be in `folder`, as for a world file, so that an untrusted
+        description cannot read other files. Raises the errors of `load`, without file and line.
         """
         return cls._described(description, folder, texture_memory)
 
@@ -99,17 +100,18 @@ class World(WorldBuilding, RayQueries, PointQueries):
         return world
 
     def to_bytes(self) -> bytes:
-        """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
+        """Serialises the world exactly, including its files; `World.from_bytes` of the same raycam version reads the
+        result.
 
-        Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
-        and the bytes have their paths. Robots become plain objects at their current joints;
-        `pickle` keeps robots. Raises `WorldError` if the textures, which the bytes include, exceed `texture_memory`.
+        Equal worlds have equal bytes, independent of the folders of their files. Background photos of cameras are not
+        included, only their paths. Robots become plain objects at their current joint values; `pickle` preserves
+        robots. Raises `WorldError` if the textures, which are included, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
 
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
-        """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
+        """Returns the world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         if not isinstance(data, bytes | bytearray | memoryview):
             raise FormatError(
                 f"data must be the bytes of World.to_bytes, not {type(data).__name__}", code="wrong_type"
@@ -123,9 +125,10 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def to_gltf(self, path: str | os.PathLike[str]) -> list[Notice]:
         """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
-        Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
-        bulbs, spots, the node tree and its animations. Positions become float32. A z-up world is put below a node that
-        rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and `OSError`.
+        The file contains meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras,
+        sun, point and spot lights, the node tree and its animations. Positions become float32. A z-up world gets a
+        root node that rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and
+        `OSError`.
         """
         data, notices = _core.world_to_gltf(self._core)
         write(path, data)
@@ -141,7 +144,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
         `keep` is bool [n], one for each triangle of the object, as `surface_visibility` returns:
         `world.cull_faces(0, seen.views > 0)`. Texture coordinates, shading normals, vertex colours and the material
-        stay. Raises `WorldError` for another shape, for an object without any face left, and for one with several
+        are kept. Raises `WorldError` for a wrong shape, if no face would remain, and for an object with several
         materials.
         """
         return cull_faces(self, which, keep)
@@ -155,20 +158,21 @@ class World(WorldBuilding, RayQueries, PointQueries):
         name: str = "ground",
         **material: Any,
     ) -> int:
-        """Adds a level square under the world, for shadows to fall on; returns its id.
+        """Adds a level square below the world, which receives shadows; returns its id.
 
         `height` is its coordinate along the up axis in metres (default: just below the lowest point), `size` its side
-        (default: a hundred diagonals of the world's bounds). `color` (default: a light grey) and `material` are
-        keys of `add_object`; a taken `name` gets a number. Raises `WorldError` for an empty world without both numbers.
+        length (default: 100 diagonals of the world's bounds). `color` (default: a light grey) and `material` are keys
+        of `add_object`; a number is appended to a `name` that is already used. Raises `WorldError` for an empty world
+        unless `height` and `size` are given.
         """
         return add_ground(self, height=height, size=size, color=color, name=name, **material)
 
     def add_studio(self, camera: Camera | None = None, *, ground: bool = True) -> None:
         """Adds the studio in which worlds without lights and cameras are shown.
 
-        A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
-        and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
-        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
+        The studio has a soft key light from the upper left of `camera` (default: the default camera), a grey room that
+        metals reflect, and, with `ground`, a floor. Floor and background have the linear radiance 0.62 outside shadows.
+        The floor is omitted if the camera is below it. `integrator="path"` with `max_depth=6` is recommended.
         """
         add_studio(self, camera, ground=ground)
 
@@ -181,7 +185,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
     @property
     def without_studio(self) -> World:
-        """The world before `in_studio` added the studio; any other world is returned unchanged.
+        """The world before `in_studio` added the studio; for any other world, the world itself.
 
         Ground truth of a world in the studio describes this world, so that the studio's floor counts as background.
         """

@@ -32,6 +32,7 @@ THIRD_PARTY_PYTHON = {
     "xacro",
     "yaml",
     "mujoco",
+    "xatlas",
     "pxr",
     "cairosvg",
     "pyoidn",

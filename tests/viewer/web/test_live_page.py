@@ -14,6 +14,7 @@ import raycam
 from raycam import _core
 from raycam.viewer.web import core
 from raycam.viewer.web.live_page import playground_page
+from support.raises import fault, raises
 
 GLUE = "let wasm_bindgen = null;"
 
@@ -71,12 +72,12 @@ def test_a_camera_of_the_world_is_not_added(built: bytes, small_world: raycam.Wo
 def test_what_does_not_fit_is_refused(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
     frame = raycam.render(small_world, "side", integrator="flat", samples=1)
     for options, word in [
-        ({}, "world"),
-        ({"world": small_world, "explain": [(1, 1)]}, "explain"),
-        ({"world": small_world, "compare": frame}, "compare"),
-        ({"world": small_world, "half": True}, "half"),
+        ({}, fault("missing_value", "world=world")),
+        ({"world": small_world, "explain": [(1, 1)]}, fault("conflicting_values", "explain")),
+        ({"world": small_world, "compare": frame}, fault("conflicting_values", "compare")),
+        ({"world": small_world, "half": True}, fault("conflicting_values", "half")),
     ]:
-        with pytest.raises(raycam.errors.SettingsError, match=word):
+        with raises(raycam.errors.SettingsError, **word):
             frame.save(tmp_path / "x.html", live=True, **options)
     assert not (tmp_path / "x.html").exists()
 
@@ -86,7 +87,7 @@ def test_without_the_core_the_error_names_the_command(
 ) -> None:
     monkeypatch.setattr(core, "FOLDER", str(tmp_path / "nothing"))
     frame = raycam.render(small_world, "side", integrator="flat", samples=1)
-    with pytest.raises(raycam.errors.SettingsError, match="make web"):
+    with raises(raycam.errors.SettingsError, code="missing_dependency"):
         frame.save(tmp_path / "x.html", world=small_world, live=True)
 
 

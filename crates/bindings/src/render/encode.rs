@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
 use raycam_formats::{Budget, ColorUse, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
 
-use crate::arrays::{ArrayResult, BytesResult, NewArray, array};
+use crate::arrays::{self, ArrayResult, BytesResult, NewArray, array};
 use crate::camera::Camera;
 use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
 use crate::notice::Notices;
@@ -41,6 +40,15 @@ pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResul
     let (image, notices) = detached(py, || read_image(&path, color_use, &Budget::default()))?;
     let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
     Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices.into()))
+}
+
+/// float32 [height, width, 4] of a photograph's linear colours as its pixels lie, its EXIF orientation (1 to 8), and notices.
+#[pyfunction]
+pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, u8, Notices)> {
+    let (image, orientation, notices) = detached(py, || raycam_formats::read_photo(&path, &Budget::default()))?;
+    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
+    let shape = [image.size[1] as usize, image.size[0] as usize, 4];
+    Ok((array(py, pixels, &shape)?, orientation, notices.into()))
 }
 
 /// Name and array of each channel of an EXR file of one part: uint32 [height, width] with True, or the bits of float32.
@@ -95,7 +103,7 @@ pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>
     let (size, _) = size_of(rgb.shape())?;
     check_memory("an HDR file", 2 * rgb.shape().iter().product::<usize>())?;
     let rgb = contiguous(&rgb)?;
-    Ok(PyBytes::new(py, &detached(py, || hdr::encode(size, rgb))?))
+    arrays::bytes(py, &detached(py, || hdr::encode(size, rgb))?)
 }
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
@@ -108,7 +116,7 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesR
     };
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
-    Ok(PyBytes::new(py, &detached(py, || png::encode(size, channels, samples))?))
+    arrays::bytes(py, &detached(py, || png::encode(size, channels, samples))?)
 }
 
 /// A JPEG file of an array [height, width, 3] of uint8 in sRGB.
@@ -116,7 +124,7 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesR
 pub(crate) fn encode_jpeg<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, u8>, quality: u8) -> BytesResult<'py> {
     let ([columns, rows], pixels) = (size_of(rgb.shape())?.0, contiguous(&rgb)?);
     check_memory("a JPEG file", 2 * pixels.len())?;
-    Ok(PyBytes::new(py, &detached(py, || jpeg::encode([columns, rows], pixels, quality))?))
+    arrays::bytes(py, &detached(py, || jpeg::encode([columns, rows], pixels, quality))?)
 }
 
 /// An EXR file of (name, array [height, width] or [height, width, components]) in float32, float64 (stored as float32)
@@ -163,7 +171,7 @@ pub(crate) fn encode_exr<'py>(
     }
     let notes: Vec<_> = notes.iter().map(|(key, value)| (&key[..], &value[..])).collect();
     let camera = camera.map(|camera| &camera.inner);
-    Ok(PyBytes::new(py, &detached(py, || exr::encode(size, &list, camera, &notes))?))
+    arrays::bytes(py, &detached(py, || exr::encode(size, &list, camera, &notes))?)
 }
 
 /// COCO's packed run lengths of a mask [height, width].

@@ -156,6 +156,12 @@ impl AssetLoader for FilesAndArrays<'_> {
         }
     }
 
+    fn environment(&mut self, file: &str) -> Result<Arc<Image>, FormatError> {
+        let Some(image) = self.arrays.image_named(file, ColorUse::Color) else { return self.files.environment(file) };
+        self.files.check_environment_shape("the environment's array", image.size);
+        Ok(image)
+    }
+
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
         self.files.profile(file)
     }

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::{Budget, bundle};
 
-use crate::arrays::BytesResult;
+use crate::arrays::{self, BytesResult};
 use crate::camera::Camera;
 use crate::error::detached;
 use crate::notice::Notices;
@@ -30,7 +30,7 @@ pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, 
 #[pyfunction]
 pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> BytesResult<'py> {
     let inner = world.snapshot();
-    Ok(PyBytes::new(py, &detached(py, || bundle::write(&inner))?))
+    arrays::bytes(py, &detached(py, || bundle::write(&inner))?)
 }
 
 /// The world in such bytes; relative names of files that are added refer to `folder`.
@@ -51,7 +51,7 @@ pub(crate) fn world_from_bytes(
 pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Notices)> {
     let inner = world.snapshot();
     let (bytes, notices) = detached(py, || raycam_formats::write_gltf(&inner))?;
-    Ok((PyBytes::new(py, &bytes), notices.into()))
+    Ok((arrays::bytes(py, &bytes)?, notices.into()))
 }
 
 /// The world of a GLB file's bytes, with another axis up and more to say of it.

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raycam_formats::MemoryFiles;
 use raycam_render::RenderError;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner, triangles};
@@ -55,6 +56,29 @@ impl World {
         let budget = budget(texture_memory);
         let read = || raycam_formats::load_within(&path, folder.as_deref(), &budget);
         Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
+    }
+
+    /// The world in the bytes of a file of this name; names in it lead to no file.
+    #[staticmethod]
+    #[pyo3(signature = (bytes, name, texture_memory))]
+    fn load_bytes(py: Python<'_>, bytes: Vec<u8>, name: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
+        let budget = budget(texture_memory);
+        let mut files = MemoryFiles::default();
+        files.insert(&name, bytes);
+        let read = || raycam_formats::load_from_memory(&name, files, &budget);
+        Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
+    }
+
+    /// Multiplies all coordinates of the objects by a factor.
+    fn scale_objects(&self, factor: f64) -> PyResult<()> {
+        self.modify_unseen(|world| {
+            for object in &mut world.objects {
+                object.world_from_mesh.matrix3 *= factor;
+                object.world_from_mesh.translation *= factor;
+                object.scale_shear *= factor;
+            }
+            Ok(())
+        })
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {

@@ -118,6 +118,10 @@ impl AssetLoader for FilesAndModel<'_> {
         self.files.texture(file, wrap, color_use)
     }
 
+    fn environment(&mut self, file: &str) -> Result<std::sync::Arc<Image>, FormatError> {
+        self.files.environment(file)
+    }
+
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
         self.files.profile(file)
     }

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use glam::DMat3;
 use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::Cursor;
@@ -355,6 +356,9 @@ pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
 fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     let format = "NeRF's transforms.json";
     let [width, height] = record.require_size(format)?;
+    if is_panorama(record) {
+        return panorama_text(record, [width, height], format);
+    }
     let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(yaml_float);
     let lens = match record.lens.coefficients() {
         None => "\"camera_model\": \"OPENCV\"".to_owned(),
@@ -373,6 +377,22 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String> {
         }
     };
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
+}
+
+/// The keys of a panorama of all directions, with the focal lengths of nerfstudio's `cameras.py`: w / 2 and h.
+fn panorama_text(record: &CameraRecord, [width, height]: [u32; 2], format: &str) -> Result<String> {
+    let whole = record.lens.full_panorama([width, height], record.pixel_center);
+    let same = |whole: DMat3, k: DMat3| (whole - k).to_cols_array().iter().all(|v| v.abs() <= 1e-9 * f64::from(width));
+    if width != 2 * height || !record.k.zip(whole).is_some_and(|(k, whole)| same(whole, k)) {
+        let what = "a panorama other than one of all directions, twice as wide as high";
+        return Err(record.unsupported_error(format, what));
+    }
+    let [fx, fy, cx, cy] = [0.5, 1.0, 0.5, 0.5].map(|share| share * f64::from(width));
+    let [fx, fy, cx, cy] = [fx, 0.5 * fy, cx, 0.5 * cy].map(yaml_float);
+    Ok(format!(
+        "\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, \
+         \"camera_model\": \"EQUIRECTANGULAR\""
+    ))
 }
 
 fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
 use bytemuck::Pod;
-use raycam_scene::{ColorUse, Image, Message, Notice, NoticeCode, Texels};
+use raycam_scene::{ColorUse, ErrorCode, Image, Message, Notice, NoticeCode, Texels};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -22,11 +22,18 @@ pub(crate) struct Decoder<'a> {
     pub(crate) trusted: u64,
     pub(crate) budget: &'a mut Budget,
     pub(crate) notices: &'a mut Vec<Notice>,
+    /// The EXIF orientation, which no decoder applies.
+    pub(crate) orientation: Orientation,
 }
 
 impl Decoder<'_> {
     pub(crate) fn fault(&self, message: impl Into<Message>) -> FormatError {
         FormatError::whole(self.path, message)
+    }
+
+    /// The error of a file that ends before its declared content.
+    pub(crate) fn truncated(&self, message: impl Into<String>) -> FormatError {
+        self.fault(ErrorCode::TruncatedFile.message(message))
     }
 
     pub(crate) fn unsupported(&self, message: impl Into<Message>) -> FormatError {
@@ -56,6 +63,23 @@ impl Decoder<'_> {
             return Err(self.fault(message));
         }
         Ok(unpacked > MAX_UNBACKED_BYTES / 2 + 16 * length)
+    }
+
+    /// Adds the notice about a colour profile other than sRGB.
+    pub(crate) fn profile_notice(&mut self, profile: &[u8]) {
+        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
+        let srgb = profile.windows(4).any(|w| w == b"sRGB") || profile.windows(7).any(|w| w == b"s\0R\0G\0B");
+        if !srgb {
+            self.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
+        }
+    }
+
+    /// Adds the notice about an orientation that turns the image.
+    pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
+        self.orientation = orientation.unwrap_or(Orientation::NoTransforms);
+        if self.orientation != Orientation::NoTransforms {
+            self.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
+        }
     }
 
     pub(crate) fn image(&self, size: [u32; 2], texels: Texels) -> Image {
@@ -122,18 +146,10 @@ pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
 /// The decoded image, whose pixels have been taken from the budget.
 pub(crate) fn decode_pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder, texel: u64) -> Result<Image> {
     let size = decoder.dimensions().into();
-    if let Ok(Some(profile)) = decoder.icc_profile()
-        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
-        && !profile.windows(4).any(|w| w == b"sRGB")
-        && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
-    {
-        file.notice(NoticeCode::IgnoredColorProfile, "its colour profile is not applied");
+    if let Ok(Some(profile)) = decoder.icc_profile() {
+        file.profile_notice(&profile);
     }
-    if let Ok(orientation) = decoder.orientation()
-        && orientation != Orientation::NoTransforms
-    {
-        file.notice(NoticeCode::IgnoredOrientation, "its EXIF orientation is not applied");
-    }
+    file.orientation_notice(decoder.orientation().ok());
     let image = DynamicImage::from_decoder(decoder).map_err(|e| decoder_error(file, e))?;
     let texels = match texel {
         4 => file.texels8(grouped(image.into_rgba8().into_raw())),
@@ -152,7 +168,7 @@ pub(crate) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
 pub(crate) fn decoder_error(file: &Decoder<'_>, error: ImageError) -> FormatError {
     match error {
         ImageError::Unsupported(e) => file.unsupported(e.to_string()),
-        ImageError::IoError(e) => file.fault(format!("ends early: {e}")),
+        ImageError::IoError(e) => file.truncated(format!("ends early: {e}")),
         e => file.fault(e.to_string()),
     }
 }

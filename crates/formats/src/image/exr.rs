@@ -7,17 +7,19 @@ use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
 use ::exr::block::reader::ChunksReader;
 use ::exr::image::{AnyChannel, FlatSamples};
+use ::exr::meta::attribute::EnvironmentMap;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
-use raycam_scene::{Image, NoticeCode};
+use ::image::metadata::Orientation;
+use raycam_scene::{ColorUse, Image, NoticeCode};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
+use crate::image::cube_map;
 use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES};
 use crate::io::catch_panic::catch_decoder_panic;
 use crate::io::{AssetRoot, stand_in};
-use raycam_scene::ColorUse;
 
 /// A channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
 pub type ExrChannel = (String, bool, Vec<u32>);
@@ -31,7 +33,17 @@ pub fn read_exr(path: &Path, budget: &Budget) -> Result<([u32; 2], Vec<ExrChanne
     stand_in::check(path, &source.bytes)?;
     let (bytes, budget, notices) = (&source.bytes[..], &mut { *budget }, &mut Vec::new());
     let (color_use, trusted) = (ColorUse::Data, MAX_UNBACKED_BYTES);
-    catch_decoder_panic(path, || one_part(&mut Decoder { bytes, path, color_use, trusted, budget, notices }))
+    catch_decoder_panic(path, || {
+        one_part(&mut Decoder {
+            bytes,
+            path,
+            color_use,
+            trusted,
+            budget,
+            notices,
+            orientation: Orientation::NoTransforms,
+        })
+    })
 }
 
 fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
@@ -63,24 +75,74 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
     Ok((size, channels.collect()))
 }
 
-/// The largest level of the first part that has colours, or is grey; alpha from A, else 1.
+/// The channels that an image is read from.
+struct ShownChannels {
+    /// Red, green and blue, or one channel three times.
+    colors: [String; 3],
+    alpha: Option<String>,
+    /// True for CIE X, Y and Z.
+    xyz: bool,
+}
+
+/// The largest level of the first part that has colours, or is grey; alpha from A, else 1. Colours are multiplied by alpha
+/// in the file, and are not in the image. Cube maps become latitude-longitude images.
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     let headers = headers(file)?;
-    let (part, grey) = shown_part(file, &headers)?;
-    let index = headers.iter().position(|header| std::ptr::eq(header, part));
-    let size = take_part(file, part, index.unwrap_or_default())?;
-    if part.shared_attributes.chromaticities.is_some_and(other_primaries) {
+    let (index, channels) = shown_part(file, &headers)?;
+    let part = &headers[index];
+    let size = take_part(file, part, index)?;
+    if !channels.xyz && part.shared_attributes.chromaticities.is_some_and(other_primaries) {
         file.notice(NoticeCode::IgnoredColorProfile, "its primaries are not those of Rec. 709: read as if they were");
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
         file.notice(NoticeCode::IgnoredFeature, "only its data window is read, which is not its display window");
     }
-
-    let texels = read_pixels(file, part.layer_size.0, grey.as_deref());
-    let texels = texels.map_err(|e| decoder_error(file, e))?;
+    let cube = part.own_attributes.environment_map == Some(EnvironmentMap::Cube);
+    if cube {
+        file.budget.take_pixels(file.path, 8 * u64::from(size[0]) * u64::from(size[0]))?;
+    }
+    let texels = read_pixels(file, part.layer_size.0, &channels);
+    let mut texels = texels.map_err(|e| decoder_error(file, e))?;
+    if channels.alpha.is_some() {
+        texels.iter_mut().for_each(straighten);
+    }
+    if channels.xyz && file.color_use == ColorUse::Color {
+        file.notice(NoticeCode::AssumedConvention, "its channels X, Y and Z are converted from CIE XYZ to linear sRGB");
+        texels.iter_mut().for_each(|texel| *texel = srgb_of_xyz(*texel));
+    }
+    let side = part.layer_size.0;
+    if cube && part.layer_size.1 == 6 * side {
+        file.notice(NoticeCode::ApproximatedValue, "a cube map: converted to latitude and longitude");
+        let ([columns, rows], texels) = cube_map::latitude_longitude(&texels, side);
+        let texels = file.float_texels(texels);
+        return Ok(file.image([columns, rows].map(|side| side as u32), texels));
+    }
+    if cube {
+        let message =
+            format!("a cube map of {} x {} pixels, expected six square faces on top of each other", size[0], size[1]);
+        return Err(file.fault(message));
+    }
     let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
+}
+
+/// Divides colours by alpha. A texel with alpha 0, which adds light without covering anything, is unchanged.
+fn straighten(texel: &mut [f32; 4]) {
+    let [r, g, b, alpha] = *texel;
+    if alpha > 0.0 && alpha != 1.0 {
+        *texel = [r / alpha, g / alpha, b / alpha, alpha];
+    }
+}
+
+/// IEC 61966-2-1, for D65.
+fn srgb_of_xyz([x, y, z, alpha]: [f32; 4]) -> [f32; 4] {
+    [
+        3.240_97 * x - 1.537_383_2 * y - 0.498_610_8 * z,
+        -0.969_243_6 * x + 1.875_967_5 * y + 0.041_555_06 * z,
+        0.055_630_08 * x - 0.203_976_96 * y + 1.056_971_5 * z,
+        alpha,
+    ]
 }
 
 fn headers(file: &Decoder<'_>) -> Result<Headers> {
@@ -99,36 +161,77 @@ fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32
     Ok(size)
 }
 
-/// The first part with channels R, G and B, or else the first that is grey and the name of its channel: Y, or the only
-/// one beside alpha, as depth maps and masks have it.
-fn shown_part<'a>(file: &mut Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, Option<String>)> {
+/// The first part with channels R, G and B, or else the first with X, Y and Z, or else the first with Y, or else the colours
+/// of a layer, as Blender writes them, or else the only channel besides alpha, as in depth maps and masks.
+fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, ShownChannels)> {
     let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
-    let flat = || headers.iter().filter(|header| !header.deep);
-    if let Some(part) = flat().find(|header| ["R", "G", "B"].iter().all(|name| has(header, name))) {
-        return Ok((part, None));
-    }
-    if let Some(part) = flat().find(|header| has(header, "Y") && !has(header, "RY")) {
-        return Ok((part, Some("Y".into())));
-    }
-    let names =
-        |header: &Header| header.channels.list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
-    for part in flat() {
-        let mut only = names(part);
-        only.retain(|name| name != "A");
-        if let [name] = &only[..] {
-            file.notice(NoticeCode::AssumedConvention, format!("its only channel, {name}, is read as grey"));
-            return Ok((part, only.pop()));
+    let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
+    let alpha = |header: &Header, name: &str| has(header, name).then(|| name.to_owned());
+    for (names, xyz) in [(["R", "G", "B"], false), (["X", "Y", "Z"], true)] {
+        let is_colored = |(_, header): &(usize, &Header)| names.iter().all(|name| has(header, name));
+        let count = flat().filter(is_colored).count();
+        if let Some((i, part)) = flat().find(is_colored) {
+            if count > 1 {
+                file.notice(NoticeCode::FirstOnly, format!("the first of {count} parts with colours is read"));
+            }
+            return Ok((i, ShownChannels { colors: names.map(Into::into), alpha: alpha(part, "A"), xyz }));
         }
+    }
+    let grey = |part: &Header, name: &str| ShownChannels {
+        colors: [name, name, name].map(Into::into),
+        alpha: alpha(part, "A"),
+        xyz: false,
+    };
+    if flat().any(|(_, header)| has(header, "Y") && (has(header, "RY") || has(header, "BY"))) {
+        let message = "luminance and chroma (channels Y, RY and BY) are not supported: save it with R, G and B";
+        return Err(file.unsupported(message));
+    }
+    if let Some((i, part)) = flat().find(|(_, header)| has(header, "Y")) {
+        return Ok((i, grey(part, "Y")));
     }
     if flat().next().is_none() {
         return Err(file.unsupported("an EXR image of deep samples, expected flat ones"));
     }
-    let names: Vec<_> = flat().flat_map(names).collect();
+    let layers: Vec<(usize, String)> =
+        flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
+    // The whole image, in the words of Blender and others, or else the first.
+    let whole = |(_, name): &&(usize, String)| {
+        ["combined", "rgba", "beauty"].iter().any(|word| name.to_lowercase().ends_with(word))
+    };
+    if let Some((i, layer)) = layers.iter().find(whole).or(layers.first()) {
+        if layers.len() > 1 {
+            file.notice(NoticeCode::FirstOnly, format!("layer {layer} is read, one of {} with colours", layers.len()));
+        }
+        let name = |channel: &str| format!("{layer}.{channel}");
+        let colors = ["R", "G", "B"].map(name);
+        return Ok((*i, ShownChannels { colors, alpha: alpha(&headers[*i], &name("A")), xyz: false }));
+    }
+    let names =
+        |header: &Header| header.channels.list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
+    for (i, part) in flat() {
+        let mut only = names(part);
+        only.retain(|name| name != "A");
+        if let [name] = &only[..] {
+            file.notice(NoticeCode::AssumedConvention, format!("its only channel, {name}, is read as grey"));
+            return Ok((i, grey(part, name)));
+        }
+    }
+    let names: Vec<_> = flat().flat_map(|(_, part)| names(part)).collect();
     Err(file.unsupported(format!("channels {}, expected R, G and B, or one alone", names.join(", "))))
 }
 
-/// The texels of the first part that can be read, whose rows have `columns` pixels.
-fn read_pixels(file: &Decoder<'_>, columns: usize, grey: Option<&str>) -> Result<Vec<[f32; 4]>, Error> {
+/// The names of a part's layers that have red, green and blue.
+fn color_layers(part: &Header) -> impl Iterator<Item = String> {
+    let has = |name: String| part.channels.list.iter().any(|channel| channel.name.eq(&name[..]));
+    part.channels.list.iter().filter_map(move |channel| {
+        let name = channel.name.to_string();
+        let layer = name.strip_suffix(".R")?;
+        (has(format!("{layer}.G")) && has(format!("{layer}.B"))).then(|| layer.to_owned())
+    })
+}
+
+/// The texels of the first part that has these channels, whose rows have `columns` pixels.
+fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> Result<Vec<[f32; 4]>, Error> {
     let set = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
         if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
             *texel = [r, g, b, a];
@@ -136,14 +239,16 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, grey: Option<&str>) -> Result
     };
     let reader = || read().no_deep_data().largest_resolution_level().specific_channels();
     let bytes = Cursor::new(file.bytes);
-    if let Some(name) = grey {
-        let grey = reader().required(name).optional("A", 1.0_f32);
+    let [red, green, blue] = channels.colors.each_ref().map(|name| &name[..]);
+    let alpha = channels.alpha.as_deref().unwrap_or("A");
+    if red == green {
+        let grey = reader().required(red).optional(alpha, 1.0_f32);
         let set = move |texels: &mut _, at, (y, a): (f32, f32)| set(texels, at, (y, y, y, a));
         let image = grey.collect_pixels(blank, set).first_valid_layer().all_attributes();
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
     } else {
-        let colored = reader().required("R").required("G").required("B").optional("A", 1.0_f32);
+        let colored = reader().required(red).required(green).required(blue).optional(alpha, 1.0_f32);
         let image = colored.collect_pixels(blank, set).first_valid_layer().all_attributes();
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
@@ -232,7 +337,7 @@ fn has_unknown_compression(bytes: &[u8]) -> bool {
 fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
         Error::NotSupported(message) => file.unsupported(message.into_owned()),
-        Error::Io(e) => file.fault(format!("ends early: {e}")),
+        Error::Io(e) => file.truncated(format!("ends early: {e}")),
         Error::Invalid(_) if has_unknown_compression(file.bytes) => file.unsupported(
             "its compression is not known; none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA and DWAB are",
         ),

@@ -31,7 +31,7 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image> {
     decode_checked(file, decoder, |file| match frames {
         Some(1..) => Ok(()),
         Some(0) => Err(file.fault("no frame")),
-        None => Err(file.fault("ends early")),
+        None => Err(file.truncated("ends early")),
     })
 }
 

@@ -130,7 +130,7 @@ impl FileBytes<'_> {
         let end = start.checked_add(length);
         match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
-            None => Err(file.fault(format!(
+            None => Err(file.truncated(format!(
                 "ends early: {what} is {length} bytes from byte {start} on, the file has {}",
                 self.0.len()
             ))),
@@ -141,7 +141,7 @@ impl FileBytes<'_> {
 /// Reads and checks the header, the level index and the data format descriptor.
 fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     if file.bytes.len() < HEADER_BYTES {
-        return Err(file.fault("ends within its header"));
+        return Err(file.truncated("ends within its header"));
     }
     let bytes = FileBytes(file.bytes);
     let [vk_format, columns, rows, depth, layers, faces, levels, scheme] =
@@ -193,9 +193,10 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
         (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
         (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
         _ => plain_format(vk_format).ok_or_else(|| {
+            let name = block_compression(vk_format, model).map(|name| format!(" ({name})")).unwrap_or_default();
             file.unsupported(format!(
-                "a KTX2 texture of Vulkan format {vk_format} and colour model {model}, expected ETC1S or UASTC, or \
-                 plain channels of 8, 16 or 32 bits"
+                "a KTX2 texture of Vulkan format {vk_format}{name} and colour model {model}, expected ETC1S or UASTC, or \
+                 plain channels of 8, 16 or 32 bits; convert it with `ktx transcode` or `toktx`, or to PNG"
             ))
         })?,
     };
@@ -226,6 +227,25 @@ fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The name of a block compression that is not supported.
+fn block_compression(vk_format: u32, model: u8) -> Option<&'static str> {
+    Some(match (vk_format, model) {
+        (131..=134, _) => "BC1",
+        (135 | 136, _) => "BC2",
+        (137 | 138, _) => "BC3",
+        (139 | 140, _) => "BC4",
+        (141 | 142, _) => "BC5",
+        (143 | 144, _) => "BC6H",
+        (145 | 146, _) => "BC7",
+        (147..=152, _) => "ETC2",
+        (153..=156, _) => "EAC",
+        (157..=184 | 1_000_066_000..=1_000_066_013, _) => "ASTC",
+        (1_000_054_000..=1_000_054_007, _) => "PVRTC",
+        (0, 167) => "UASTC HDR",
+        _ => return None,
+    })
 }
 
 /// Vulkan's uncompressed formats of equal channels.

@@ -1,6 +1,7 @@
 //! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA, told apart by content.
 
 mod bmp;
+mod cube_map;
 pub(crate) mod decoder;
 mod exr;
 mod gif;
@@ -18,6 +19,7 @@ mod webp;
 use std::path::Path;
 use std::sync::Arc;
 
+use ::image::metadata::Orientation;
 use raycam_scene::{ByteString, EncodedImage, Image, Notice};
 
 use crate::budget::Budget;
@@ -84,12 +86,46 @@ pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(
     Ok((image, notices))
 }
 
+/// The colours in a file of any kind that is known, as [`read_image`] returns them, and the EXIF orientation (1 to 8; 1 for
+/// files without one), which is not applied.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn read_photo(path: &Path, budget: &Budget) -> Result<(Image, u8, Vec<Notice>)> {
+    let source = AssetRoot::containing(path, budget).read(path)?;
+    let mut notices = Vec::new();
+    let decoded = decode_oriented(&source.bytes, path, ColorUse::Color, &mut { *budget }, &mut notices);
+    let (image, orientation) = decoded?;
+    Ok((image, orientation.to_exif(), notices))
+}
+
+/// The image and its EXIF orientation.
+fn decode_oriented(
+    bytes: &[u8],
+    path: &Path,
+    color_use: ColorUse,
+    budget: &mut Budget,
+    notices: &mut Vec<Notice>,
+) -> Result<(Image, Orientation)> {
+    stand_in::check(path, bytes)?;
+    let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
+        let known = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
+        let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; it is {found}"));
+        return Err(FormatError::unsupported(path, message));
+    };
+    let (trusted, orientation) = (format.trusted, Orientation::NoTransforms);
+    catch_decoder_panic(path, || {
+        let mut decoder = Decoder { bytes, path, color_use, trusted, budget, notices, orientation };
+        Ok(((format.decode)(&mut decoder)?, decoder.orientation))
+    })
+}
+
 /// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA file; `path` names it.
 ///
 /// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
 /// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
 /// colours. EXR and HDR give floats, in which infinities become the largest float16 and NaN becomes 0, with a
-/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture.
+/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture. Colours that are multiplied by alpha (EXR, TIFF) are divided by it.
 ///
 /// As glTF demands, an embedded gamma, colour profile or orientation is not applied; each gets a notice.
 ///
@@ -103,15 +139,7 @@ pub fn decode_image(
     budget: &mut Budget,
     notices: &mut Vec<Notice>,
 ) -> Result<Image> {
-    stand_in::check(path, bytes)?;
-    let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
-        let known = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
-        let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; it is {found}"));
-        return Err(FormatError::unsupported(path, message));
-    };
-    let mut image = catch_decoder_panic(path, || {
-        (format.decode)(&mut Decoder { bytes, path, color_use, trusted: format.trusted, budget, notices })
-    })?;
+    let (mut image, _) = decode_oriented(bytes, path, color_use, budget, notices)?;
     if bytes.len() < image.texels.bytes() {
         let encoded = EncodedImage { bytes: ByteString(bytes.to_vec()), is_data: color_use == ColorUse::Data };
         image.encoded = Some(Arc::new(encoded));

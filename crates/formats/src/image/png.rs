@@ -16,7 +16,14 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
-    let (gamma, primaries) = unapplied_colors(file.bytes);
+    let (gamma, primaries, code_points) = unapplied_colors(file.bytes);
+    if let Some([primaries, transfer]) = code_points {
+        let (primaries, transfer) = (primaries_name(primaries), transfer_name(transfer));
+        let message = format!(
+            "its colour space (cICP: {primaries} primaries, {transfer} transfer function) is not applied; convert it to sRGB"
+        );
+        file.notice(NoticeCode::IgnoredColorProfile, message);
+    }
     if let Some(gamma) = gamma {
         file.notice(NoticeCode::IgnoredColorProfile, format_args!("its gamma of {gamma} is not applied"));
     }
@@ -41,9 +48,13 @@ fn read_rows(file: &Decoder<'_>) -> Result<()> {
     Ok(())
 }
 
-/// The gamma of a PNG where it is not sRGB's, and whether its primaries are others; `image` does not tell.
-fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool) {
-    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false) };
+/// The gamma of a PNG if it is not sRGB's, whether its primaries are others, and its code points of primaries and transfer
+/// function if they are not sRGB's; `image` does not return these.
+fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<[u8; 2]>) {
+    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false, None) };
+    let points = reader.info().coding_independent_code_points;
+    let points = points.map(|points| [points.color_primaries, points.transfer_function]);
+    let points = points.filter(|points| *points != [1, 13]);
     let gamma = reader.info().gamma().map(|gamma| gamma.into_value());
     let gamma = gamma.filter(|gamma| (gamma - 1.0 / 2.2).abs() > 0.01);
     let primaries = reader.info().chromaticities().is_some_and(|found| {
@@ -54,5 +65,28 @@ fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool) {
         let pairs = pairs.map(|(x, y)| (x.into_value(), y.into_value()));
         pairs.into_iter().zip(srgb).any(differs)
     });
-    (gamma, primaries)
+    (gamma, primaries, points)
+}
+
+/// ITU-T H.273, table 2.
+fn primaries_name(code: u8) -> String {
+    match code {
+        1 => "sRGB".into(),
+        9 => "Rec. 2020".into(),
+        11 => "DCI-P3".into(),
+        12 => "Display P3".into(),
+        code => format!("code {code}"),
+    }
+}
+
+/// ITU-T H.273, table 3.
+fn transfer_name(code: u8) -> String {
+    match code {
+        1 => "Rec. 709".into(),
+        8 => "linear".into(),
+        13 => "sRGB".into(),
+        16 => "PQ".into(),
+        18 => "HLG".into(),
+        code => format!("code {code}"),
+    }
 }

@@ -70,6 +70,11 @@ pub(crate) fn described(bytes: &[u8]) -> Option<String> {
     found(bytes).map(|kind| format!("{}: {}", kind.name, kind.way))
 }
 
+/// The extension of the model that a file begins as, whatever its name; `None` for other files.
+pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
+    found(bytes)?.endings.first().copied()
+}
+
 /// Refuses a model whose first bytes are those of another kind than the ending of its name says, in small letters.
 pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()> {
     // A binary STL file begins with 80 bytes of any kind.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -204,13 +204,13 @@ impl ObjBuilder {
             } else if value > count as i64 {
                 let (one, many) = (INDEX_NAMES[kind], many[kind]);
                 let message = format!("f: {one} {value}, but the file has {count} {many}");
-                return Err(FormatError::line(path, line, message));
+                return Err(FormatError::line(path, line, ErrorCode::IndexOutOfRange.message(message)));
             }
         }
         if obj.polygons.len() == 0 {
             let vertices = obj.positions.len();
             let message = format!("no faces (f), only {vertices} vertices: nothing to see");
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if let Some(last) = self.cut_line {
             obj.notices.push(Notice::new(NoticeCode::TruncatedData, format!(

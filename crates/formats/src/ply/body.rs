@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Message, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Message, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
@@ -71,7 +71,10 @@ impl<'a> Body<'a> {
     }
 
     fn truncated(&self) -> FormatError {
-        self.error("ends before the rows that its header declares: it is cut off, or the header counts too many")
+        self.error(
+            ErrorCode::TruncatedFile
+                .message("ends before the rows that its header declares: it is cut off, or the header counts too many"),
+        )
     }
 
     /// Begins a row.

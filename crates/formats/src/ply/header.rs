@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::NoticeCode;
+use raycam_scene::{ErrorCode, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
 use crate::io::lexer::{self, Words};
@@ -81,7 +81,7 @@ impl Header {
                 let message = format!(
                     "element {name} has {count} rows of at least {row} bytes, but {after} bytes follow the header"
                 );
-                return Err(FormatError::whole(path, message));
+                return Err(FormatError::whole(path, ErrorCode::TruncatedFile.message(message)));
             }
         }
         Ok(())

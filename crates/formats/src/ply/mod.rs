@@ -20,7 +20,7 @@ use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, MeshFile, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, MeshFile, Notice, NoticeCode};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::colors;
@@ -153,7 +153,8 @@ impl<'a> Ply<'a> {
             return Ok(index as u32);
         }
         let count = self.declared;
-        Err(body.error(format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)")))
+        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        Err(body.error(ErrorCode::IndexOutOfRange.message(message)))
     }
 
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
@@ -257,7 +258,7 @@ impl<'a> Ply<'a> {
         let path = self.path;
         if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if self.mesh.vertices.len() != self.declared {
             return Err(FormatError::whole(path, "more than one element vertex"));

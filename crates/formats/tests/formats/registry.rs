@@ -84,7 +84,9 @@ fn an_unknown_kind_lists_the_known_ones() {
     for name in ["a.xyz", "a", "a.obj.bak", ".obj"] {
         let path = file(name, "x");
         let error = message(load(&path, &Budget::default()).unwrap_err(), &path);
-        let expected = format!("{name}: unknown kind of file; known are .toml, .gltf, .glb, .obj, .ply, .stl, .off, ");
+        let expected = format!(
+            "{name}: unknown kind of file, by its name and its content; known are .toml, .gltf, .glb, .obj, .ply, .stl, .off, "
+        );
         assert!(error.starts_with(&expected) && error.contains(".usdz") && error.contains("from_trimesh"), "{error}");
     }
     let path = file("a.toml", "# nothing");

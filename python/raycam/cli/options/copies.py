@@ -58,7 +58,7 @@ def _makes_pinholes(options: argparse.Namespace) -> bool:
 
 
 def has_copies(options: argparse.Namespace) -> bool:
-    """True if the options derive other cameras than those of the file."""
+    """Returns True if the options derive new cameras from those of the file."""
     return options.crop is not None or _makes_pinholes(options)
 
 

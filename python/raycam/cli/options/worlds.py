@@ -102,7 +102,7 @@ def set_joints(world: World, texts: Sequence[str]) -> None:
 
 
 def find_file(text: str) -> str | Path:
-    """Returns the path of a file, or of the one that comes with raycam if there is no such file here."""
+    """Returns the path of a file, or of raycam's bundled file of this name if the file does not exist."""
     from ...data import bundled
 
     found = bundled(text)

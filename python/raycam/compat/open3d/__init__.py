@@ -1,8 +1,8 @@
-"""Stand-in for the part of Open3D that casts rays and measures distances: `from raycam.compat import open3d as o3d`.
+"""Replacement for Open3D's ray casting and distance queries: `from raycam.compat import open3d as o3d`.
 
-`o3d.t.geometry.RaycastingScene` answers as Open3D's, in tensors that are NumPy arrays with Open3D's methods.
-`install()` puts it into an Open3D that is there, where it answers in Open3D's tensors. Answers are computed exactly
-in float64 and rounded once; lists are in the order of t; overlapping bodies are united.
+`o3d.t.geometry.RaycastingScene` has Open3D's interface and returns tensors that are NumPy arrays with Open3D's
+methods. `install()` replaces the class in an installed Open3D, where it returns Open3D's tensors. Results are
+computed exactly in float64 and rounded once; lists are in the order of t; overlapping bodies count as their union.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _originals: dict[str, Any] = {}
 
 
 def install() -> None:
-    """Puts `RaycastingScene` in the place of Open3D's; scenes made before stay as they are."""
+    """Replaces Open3D's `RaycastingScene`; existing scenes are not changed."""
     open3d = importlib.import_module("open3d")
     if _originals:
         return

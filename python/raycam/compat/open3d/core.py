@@ -79,7 +79,7 @@ class Device(Hints):
         if isinstance(name, _DeviceType):
             name = name.value
         if not str(name).upper().startswith("CPU"):
-            raise RuntimeError(f'device {name!r}: raycam works on the CPU, use "CPU:0"')
+            raise RuntimeError(f'device {name!r} is not supported; use "CPU:0"')
         self.name = "CPU:0"
 
     def get_type(self) -> _DeviceType:
@@ -184,7 +184,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
 
     def cuda(self, device_id: int = 0) -> Tensor:
         """Raises `RuntimeError`: only the CPU exists."""
-        raise RuntimeError("Tensor.cuda: raycam works on the CPU, use cpu()")
+        raise RuntimeError("Tensor.cuda: not supported; use cpu()")
 
     def clone(self) -> Tensor:
         """A copy."""

@@ -2,14 +2,15 @@
 
     from raycam.compat import pyrender
 
-or, for code that one does not own, before it is imported:
+or, for code that cannot be edited, before it is imported:
 
     import raycam.compat.pyrender
     raycam.compat.pyrender.install()
     import pyrender
 
-Pictures are shaded as pyrender's default program does (`shading = "raycam"`: path traced); depth is that of pixel
-centres, exact. `Viewer` opens in the browser. Not here, with an error that says so: text, morph targets, joints.
+Images are shaded with the formulas of pyrender's default shader, or path traced with `shading = "raycam"`. Depth is
+exact at pixel centres. `Viewer` opens in the browser. Text, morph targets and joints are not supported and raise
+errors.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ __all__ = [
 ]
 
 shading = "pyrender"
-"""The light of pictures: "pyrender", the formula of its default program, or "raycam", path traced by raycam itself."""
+"""The shading of images: "pyrender" for the formulas of its default shader, "raycam" for path tracing."""
 
 SUBMODULES = {
     "camera": camera,
@@ -91,15 +92,15 @@ SUBMODULES = {
     "utils": colors,
     "viewer": viewer,
 }
-"""The modules by which people reach the names, by pyrender's names of them."""
+"""Submodules by their names in pyrender."""
 sampler, utils, renderer = texture, colors, offscreen
 __version__ = "0.1.45"
-"""The version of pyrender whose names these are."""
+"""The version of pyrender whose interface this module has."""
 _before: dict[str, object] = {}
 
 
 def install() -> None:
-    """Makes `import pyrender` mean this module, in this process, until `uninstall`."""
+    """Makes `import pyrender` import this module, in this process, until `uninstall`."""
     submodules: dict[str, ModuleType] = SUBMODULES | ABSENT
     modules = {"pyrender": sys.modules[__name__]} | {
         f"pyrender.{name}": one for name, one in submodules.items()
@@ -111,7 +112,7 @@ def install() -> None:
 
 
 def uninstall() -> None:
-    """Takes `install` back."""
+    """Undoes `install`."""
     for name, module in _before.items():
         if module is None:
             sys.modules.pop(name, None)

@@ -33,7 +33,7 @@ class Camera:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions [n, 3] in the camera of rays through places in the picture, in pixels from its corner.
+        """Origins and directions [n, 3] in the camera of rays through places in the image, in pixels from its corner.
 
         Directions have z = -1, so that t is depth.
         """
@@ -89,11 +89,11 @@ class PerspectiveCamera(Camera):
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
         """The matrix [4, 4] from camera to clip coordinates; raises `ValueError` without any aspect ratio."""
         if self.aspectRatio is None and (width is None or height is None):
-            raise ValueError("aspectRatio is not given: expected it, or the width and height of the picture")
+            raise ValueError("aspectRatio is missing; set it, or pass the image's width and height")
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         width, height = size
         tangent = np.tan(self.yfov / 2)
         aspect = self.aspectRatio or width / height
@@ -102,10 +102,9 @@ class PerspectiveCamera(Camera):
 
 
 class OrthographicCamera(Camera):
-    """A camera of parallel rays that sees 2 `ymag` from top to bottom.
+    """A camera with parallel rays whose image is 2 `ymag` high.
 
-    Across it sees what the shape of the picture makes of that, as in pyrender; 2 `xmag` is across a picture without a
-    size alone.
+    As in pyrender, the image's width follows from its aspect ratio; `xmag` is only used if the size is unknown.
     """
 
     znear = Converted(number("znear", 0, above=True))
@@ -125,7 +124,7 @@ class OrthographicCamera(Camera):
         self.xmag, self.ymag = xmag, ymag
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """The matrix [4, 4] from camera to clip coordinates, across by `xmag` where no size is given."""
+        """Returns the matrix [4, 4] from camera to clip coordinates; without a size, the width is 2 `xmag`."""
         if width is not None and height is not None:
             return super().get_projection_matrix(width, height)
         matrix = super().get_projection_matrix()
@@ -133,7 +132,7 @@ class OrthographicCamera(Camera):
         return matrix
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         x = (2 * columns / size[0] - 1) * self.ymag * size[0] / size[1]
         y = (1 - 2 * rows / size[1]) * self.ymag
         starts = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -160,9 +159,9 @@ class IntrinsicsCamera(Camera):
         self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
 
     def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
-        """The matrix [4, 4] from camera to clip coordinates, for a picture of this size in pixels."""
+        """The matrix [4, 4] from camera to clip coordinates, for an image of this size in pixels."""
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rays through places in the picture."""
+        """Rays through places in the image."""
         return _pinhole(columns, rows, (self.fx, self.fy), (self.cx, self.cy))

@@ -127,7 +127,8 @@ class SpecularGlossinessMaterial(Material):
 
     def __init__(self, *_arguments: Any, **_options: Any) -> None:
         raise NotImplementedError(
-            "SpecularGlossinessMaterial: give a MetallicRoughnessMaterial, with roughnessFactor = 1 - glossiness"
+            "SpecularGlossinessMaterial is not supported; use a MetallicRoughnessMaterial with "
+            "roughnessFactor = 1 - glossiness"
         )
 
 

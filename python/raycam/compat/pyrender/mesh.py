@@ -98,7 +98,7 @@ def _primitive(
         colors = colors if smooth else colors[apart]
     elif colored and visual.kind == "face":
         if smooth:
-            raise ValueError("a smooth mesh has no colours of faces: give smooth=False")
+            raise ValueError("face colours require a flat mesh; pass smooth=False")
         colors = np.repeat(np.asarray(visual.face_colors), 3, axis=0)
     elif visual.kind == "texture" and getattr(visual, "uv", None) is not None:
         coordinates = np.asarray(visual.uv, dtype=np.float64)

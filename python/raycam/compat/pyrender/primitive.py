@@ -71,7 +71,7 @@ class Primitive(Bounded):
     ) -> None:
         if targets is not None or joints_0 is not None:
             raise NotImplementedError(
-                "morph targets and joints: bend the vertices, then make a Primitive of them"
+                "morph targets and joints are not supported; deform the vertices and create a Primitive from them"
             )
         self.mode, self.positions, self.indices = mode, positions, indices
         self.normals, self.tangents = normals, tangents

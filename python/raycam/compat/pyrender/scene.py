@@ -82,7 +82,7 @@ class Scene(Bounded):
         if parent_node is None and parent_name is not None:
             found = self.get_nodes(name=parent_name)
             if len(found) != 1:
-                raise ValueError(f"{len(found)} nodes are called {parent_name!r}: expected one")
+                raise ValueError(f"{len(found)} nodes have the name {parent_name!r}; expected one")
             parent_node = next(iter(found))
         self.add_node(node, parent_node)
         return node
@@ -92,7 +92,7 @@ class Scene(Bounded):
         if node in self._parents:
             raise ValueError("the node is in the scene already")
         if parent_node is not None and parent_node not in self._parents:
-            raise ValueError("the parent is no node of the scene")
+            raise ValueError("the parent is not a node of the scene")
         if parent_node is not None and node not in parent_node.children:
             parent_node.children.append(node)
         self._attach(node, parent_node)

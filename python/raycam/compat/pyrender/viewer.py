@@ -136,8 +136,9 @@ class Viewer:
         """Raises `AttributeError`; for the handlers of pyrender's window with the way on."""
         if name in HANDLERS:
             raise AttributeError(
-                f"Viewer.{name}: raycam's viewer is a page, which has no events of a window: change the scene under "
-                "render_lock, with run_in_thread=True, and the page follows"
+                f"Viewer.{name}: not supported, because raycam's viewer is a web page without window events; "
+                "use run_in_thread=True and change the scene while holding render_lock, and the page is "
+                "updated"
             )
         raise AttributeError(f"Viewer has no attribute {name!r}")
 

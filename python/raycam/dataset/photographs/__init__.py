@@ -1,4 +1,4 @@
-"""Ground truth for photographs: the data set format "photos" and its layouts."""
+"""Ground truth for photographs: the data set format "photos" and its folder layouts."""
 
 from .format import FORMAT, LAYOUTS
 

@@ -41,9 +41,10 @@ def colmap_map(values: npt.NDArray[Any]) -> bytes:
 
 
 def mvsnet_camera(camera: Camera, nearest: float, farthest: float, planes: int) -> bytes:
-    """The text of `00000000_cam.txt`: camera_from_world, K, and the least depth, step, number and greatest depth.
+    """Returns the text of `00000000_cam.txt`: camera_from_world, K, and the minimum depth, step, count and maximum
+    depth.
 
-    Source: MVSNet, "File formats"; BlendedMVS has the same with 128 planes.
+    Source: MVSNet, "File formats"; BlendedMVS uses the same format with 128 planes.
     """
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = camera.R, camera.t

@@ -14,10 +14,10 @@ ENDINGS = {f".{name}" for name in PHOTO_FORMATS.split(" ")}
 
 
 def photograph_names(plan: Plan) -> list[str]:
-    """The names of the photographs, with folders and endings as far as the cameras' file has them.
+    """Returns the photographs' names, with folders and endings if the cameras' file contains them.
 
-    A camera without a photograph has its own name, else the view's number with six digits. A name whose stem is taken
-    gets the view's number.
+    For a camera without a photograph, the name is the camera's own, or else the view's number with six digits. If two
+    names differ only in their ending, the view's number is appended to the second.
     """
     names: list[str] = []
     taken: set[str] = set()
@@ -34,6 +34,6 @@ def photograph_names(plan: Plan) -> list[str]:
 
 
 def stem(name: str) -> str:
-    """A photograph's name with its folders and without the ending of its format."""
+    """Returns a photograph's name with its folders and without the ending of its format."""
     path = PurePosixPath(name)
     return str(path.with_suffix("")) if path.suffix.lower() in ENDINGS else name

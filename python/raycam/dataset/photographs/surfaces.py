@@ -21,14 +21,14 @@ CHANNELS = ("depth", "distance", "normal", "mask", "instance", "position", "vali
 """Channels of the format "photos"."""
 
 MIXED_STEP = 0.02
-"""Distance from a pixel's tangent plane, relative to its depth, beyond which a neighbour is another surface."""
+"""Distance from a pixel's tangent plane, relative to its depth, beyond which a neighbour belongs to another surface."""
 
 
 def photograph_surfaces(shot: Shot, channels: Collection[str], facing: str) -> Arrays:
-    """The arrays [h, w] or [h, w, 3] of `channels` for a view; without a surface, distances are +inf.
+    """Returns arrays [h, w] or [h, w, 3] of `channels` for a view; without a surface, distances are +inf.
 
-    `facing` "both" takes every surface that the ray meets first, "front" the first one that faces the camera. `normal`
-    is in camera axes (x right, y down, z forward), on the side of the camera.
+    With `facing="both"`, each ray's first surface is used; with "front", the first surface that faces the camera.
+    `normal` is in camera axes (x right, y down, z forward) and points towards the camera.
     """
     needed = {"depth"}
     needed |= {"normal", "position", "distance", "instance"} if "confidence" in channels else set()
@@ -51,7 +51,8 @@ def photograph_surfaces(shot: Shot, channels: Collection[str], facing: str) -> A
 def mixed_pixels(
     position: Floats, normal: npt.NDArray[Any], depth: npt.NDArray[Any], camera: Camera
 ) -> Bools:
-    """True [h, w] for pixels next to one without a surface, or with a surface off the pixel's tangent plane.
+    """Returns True [h, w] for pixels with a neighbour that has no surface or whose surface is off the pixel's tangent
+    plane.
 
     `position` [h, w, 3] is in the world, `normal` in camera axes, `depth` [h, w]; the limit is 2 % of the depth.
     """

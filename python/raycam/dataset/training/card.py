@@ -15,10 +15,10 @@ __all__ = ["card_files"]
 
 
 def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
-    """Makes `dataset_card.json` and `dataset_card.md`, and lists of what the views are of.
+    """Makes `dataset_card.json` and `dataset_card.md`, and lists of the views' source images and backgrounds.
 
-    Those are `source_images.json` where cameras have images, and `backgrounds.json` where a recipe draws backgrounds.
-    The same data set has the same bytes.
+    `source_images.json` is written if cameras have images, `backgrounds.json` if a recipe draws backgrounds. The same
+    data set always has the same bytes.
     """
     table = card(format, plan, records, licence)
     yield "dataset_card.json", [json.dumps(table, indent=2, default=str).encode() + b"\n"]
@@ -38,7 +38,7 @@ def source_images(plan: Plan) -> Iterator[bytes]:
 
 
 def backgrounds(plan: Plan) -> Iterator[bytes]:
-    """Iterates over the text of the manifest of backgrounds: a row for each view."""
+    """Iterates over the text of the table of backgrounds: a row for each view."""
     for number, view in enumerate(plan.shots):
         shot = plan.shot(number)
         row = {"view": number, "world": view.world, "camera": view.name, "background": shot.background_name}
@@ -47,7 +47,7 @@ def backgrounds(plan: Plan) -> Iterator[bytes]:
 
 
 def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Record:
-    """The table of the card. Objects are counted by category in formats with annotations."""
+    """Returns the card's table. Objects are counted by category in formats with annotations."""
     cameras = [view.camera for view in plan.shots]
     sizes = Counter("{} x {}".format(*camera.size) for camera in cameras)
     found: Record = {
@@ -80,7 +80,7 @@ def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licen
 
 
 def markdown(table: Record) -> str:
-    """The card as a text for people."""
+    """Returns the card as Markdown."""
     lines = [
         "# Data set",
         "",

@@ -1,4 +1,4 @@
-"""A contact sheet of a data set: one HTML page with labels drawn over the pictures, and the cameras from above."""
+"""A contact sheet of a data set: one HTML page with labels drawn over the images, and a top view of the cameras."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ MAX_PICTURES = 200
 def contact_sheet(folder: str | os.PathLike[str]) -> Path:
     """Writes `contact_sheet.html` into the folder of a data set and returns its path.
 
-    The page shows the first 200 pictures with what the set's own files say: boxes, masks, keypoints, the axes of
-    objects with poses, and from above what the cameras see. Sets are those of "coco", "yolo", "bop", "mot", "kitti",
-    "panoptic", "semantic" and "replicator".
-    Raises `SettingsError` for a folder that is no such data set; `FormatError` for broken labels.
+    The page shows the first 200 images with the labels of the data set's own files: boxes, masks, keypoints, the axes
+    of objects with poses, and a top view of the cameras' fields of view. Supported formats are "coco", "yolo", "bop",
+    "mot", "kitti", "panoptic", "semantic" and "replicator". Raises `SettingsError` for a folder without such a data
+    set, and `FormatError` for malformed labels.
     """
     place = Path(folder)
     pictures = pictures_of(place)

@@ -1,4 +1,4 @@
-"""HDF5 as BlenderProc writes it: a file for each picture. Source: BlenderProc, WriterUtility.py. Needs `h5py`."""
+"""HDF5 in BlenderProc's layout: a file for each image. Source: BlenderProc, WriterUtility.py. Requires `h5py`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ..plan import Format, Index, Made, Plan, Record
 __all__ = ["FORMAT"]
 
 BACKGROUND = 1e10
-"""Depth and distance of the background, metres: Blender's."""
+"""Depth and distance of the background in metres, as in Blender."""
 
 
 def h5py() -> ModuleType:
-    """The module; raises `SettingsError` with the way on where it is not installed."""
+    """Returns the module; raises `SettingsError` with a remedy if it is not installed."""
     try:
         return importlib.import_module("h5py")
     except ImportError:
         raise SettingsError(
-            "the format hdf5 needs h5py: pip install 'raycam[hdf5]'", code="missing_dependency"
+            "the format hdf5 requires h5py; pip install 'raycam[hdf5]'", code="missing_dependency"
         ) from None
 
 

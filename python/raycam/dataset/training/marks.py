@@ -1,4 +1,4 @@
-"""Labels of data sets as their files have them, in pixels, for contact sheets."""
+"""Labels read from the files of data sets, in pixels, for contact sheets."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pair = tuple[float, float]
 
 
 class Mark(NamedTuple):
-    """A label of a picture, in pixels from its top left corner."""
+    """A label of an image, in pixels from its top left corner."""
 
     name: str
     color: str
@@ -44,20 +44,20 @@ class Mark(NamedTuple):
 
 
 class LabelledPicture(NamedTuple):
-    """A picture of a data set with its labels."""
+    """An image of a data set with its labels."""
 
     file: str
-    """Its path in the folder of the set."""
+    """Its path in the data set's folder."""
     size: tuple[int, int]
     marks: list[Mark]
     mask: str | None = None
-    """The path of a picture of masks, which is laid over it."""
+    """The path of an image of masks, which is drawn over the image."""
     has_ids: bool = False
-    """True if the colours of the masks are small numbers."""
+    """True if the mask image contains ids instead of colours."""
 
 
 def pictures_of(place: Path) -> list[LabelledPicture]:
-    """The pictures of a data set; raises `SettingsError` for a folder that has none of the `MARKERS`."""
+    """Returns the images of a data set; raises `SettingsError` for a folder without any of the `MARKERS`."""
     for pattern, read in MARKERS.items():
         if next(place.glob(pattern), None) is not None:
             return list(read(place))
@@ -271,4 +271,4 @@ MARKERS: dict[str, Callable[[Path], Iterator[LabelledPicture]]] = {
     "labelIds": _semantic,
     "**/rgb_*.png": _replicator,
 }
-"""Files that tell which data set a folder is, and the readers of their labels."""
+"""Files that identify the format of a data set, with the readers of its labels."""

@@ -58,20 +58,20 @@ DEFINITIONS = {
     f"{RULE}MSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n{STAMPED}",
     "std_msgs/msg/String": "string data\n",
 }
-"""The messages in the words of `ros2msg`, with what they are made of."""
+"""Message definitions in `ros2msg` syntax, including nested types."""
 BAG = "raycam.mcap"
 LATCHED = ("/tf_static", "/instances")
-"""Topics that are sent once, and that late subscribers receive too."""
+"""Topics that are sent once and that late subscribers also receive."""
 LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
     "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
     "  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n  avoid_ros_namespace_conventions: false"
 )
-"""The quality of service of latched topics, in the words of rosbag2: reliable and transient local."""
+"""Quality of service of latched topics in rosbag2's syntax: reliable and transient local."""
 
 
 def library() -> ModuleType:
-    """The module `mcap.writer`; raises `SettingsError` with the way on where it is not installed."""
+    """Returns the module `mcap.writer`; raises `SettingsError` with a remedy if it is not installed."""
     try:
         return importlib.import_module("mcap.writer")
     except ImportError:
@@ -81,7 +81,9 @@ def library() -> ModuleType:
 
 
 def distortion(camera: Camera) -> tuple[str, list[float]]:
-    """ROS's name and coefficients of a lens; raises `SettingsError` for those that ROS does not have."""
+    """Returns ROS's name and coefficients of a lens; raises `SettingsError` for lens models that ROS does not
+    support.
+    """
     values = [] if camera.distortion is None else camera.distortion.tolist()
     if camera.model == "pinhole":
         return "plumb_bob", [0.0] * 5
@@ -98,7 +100,9 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
 
 
 def baseline(plan: Plan, number: int) -> float:
-    """Metres from the leftmost camera of a view's rig with which it is a rectified pair; 0 for that one, and alone."""
+    """Returns the distance in metres to the leftmost camera of the rig that forms a rectified pair with it; 0 without
+    one.
+    """
     view = plan.shots[number]
     if view.rig is None:
         return 0.0
@@ -112,7 +116,7 @@ def baseline(plan: Plan, number: int) -> float:
 
 
 def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> bytes:
-    """A `sensor_msgs/CameraInfo`; K counts pixels from the centre of the first, as ROS does.
+    """Returns a `sensor_msgs/CameraInfo`; as in ROS, the centre of the first pixel is (0, 0).
 
     `right` is the `baseline` of a rectified pair: P[0, 3] is -fx times that.
     """
@@ -128,7 +132,7 @@ def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> b
 
 
 def names(plan: Plan, number: int) -> tuple[str, str]:
-    """The topics' beginning and the frame of a view."""
+    """Returns the prefix of a view's topics, and its frame."""
     view = plan.shots[number]
     own = view.rig[1] if view.rig is not None else view.name or ""
     topic = str(plan.options["topic"]).rstrip("/")
@@ -160,9 +164,11 @@ def check(plan: Plan) -> None:
 
 
 def stamp_of(plan: Plan, number: int) -> int:
-    """The time stamp of a view, nanoseconds: `start_time` plus its time, or that of its frame at `fps`.
+    """Returns a view's time stamp in nanoseconds: `start_time` plus its time, or plus its frame number divided by
+    `fps`.
 
-    All cameras of a rig's pose have one stamp. ROS reads a stamp of 0 as "the latest", so `start_time` is 1 by default.
+    All cameras of a rig's pose have the same stamp. ROS interprets a stamp of 0 as "the latest", so `start_time` is 1
+    by default.
     """
     view = plan.shots[number]
     frame = number if view.rig is None else view.rig[0]
@@ -171,7 +177,7 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture as PNG; its messages are in the record, for the bag."""
+    """Makes an image as PNG; its messages are in the record, for the bag."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
     frame = shot.render(["color", "instance", *(["depth"] if deep else [])])
@@ -204,17 +210,18 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) -> bytes:
-    """A `sensor_msgs/Image` of four-byte values [height, width], little endian."""
+    """Returns a `sensor_msgs/Image` of four-byte values [height, width], little endian."""
     height, width = values.shape
     message = Cdr().add_header(stamp, frame).add_numbers("I", height, width).add_text(encoding)
     return message.add_numbers("B", 0).add_numbers("I", 4 * width).add_bytes(values.tobytes()).to_bytes()
 
 
 def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
-    """The transforms that a view adds to the frame tree.
+    """Returns the transforms that a view adds to the frame tree.
 
-    A camera alone has the frame of its optics in `world`. The cameras of a rig are fixed on `base_link`, which is the
-    rig's body, or the first camera of a rig whose cameras do not keep their places; the body moves in `world`.
+    The optical frame of a single camera is a child of `world`. The cameras of a rig are children of `base_link`,
+    which moves in `world`. `base_link` is the rig's body, or the first camera if the rig's cameras move relative to
+    each other.
     """
     kind, view = "tf2_msgs/msg/TFMessage", plan.shots[number]
     optical = names(plan, number)[1]
@@ -237,7 +244,9 @@ _fixed: WeakKeyDictionary[Plan, bool] = WeakKeyDictionary()
 
 
 def has_fixed_mounts(plan: Plan) -> bool:
-    """True if the cameras have the same places on the body at every pose of the rigs; computed once for a plan."""
+    """Returns True if the cameras have the same positions on the body at every pose of the rigs; computed once per
+    plan.
+    """
     if plan not in _fixed:
         mounts: dict[str, tuple[Floats, Floats]] = {}
 
@@ -252,7 +261,7 @@ def has_fixed_mounts(plan: Plan) -> bool:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the bag, a piece for each view, and `metadata.yaml`, by which `ros2 bag` opens the folder."""
+    """Makes the bag, a piece for each view, and `metadata.yaml`, which `ros2 bag` requires to open the folder."""
     table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()
@@ -288,7 +297,7 @@ def bag(records: Iterator[Record]) -> Iterator[bytes]:
 
 
 def metadata(records: Iterator[Record]) -> str:
-    """The text of rosbag2's `metadata.yaml`, version 5."""
+    """Returns the text of rosbag2's `metadata.yaml`, version 5."""
     counts: dict[tuple[str, str], int] = {}
     first, last = None, 0
     for record in records:

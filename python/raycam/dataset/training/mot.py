@@ -11,7 +11,7 @@ __all__ = ["FORMAT"]
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` for invalid options, and where the pictures of a sequence have several sizes."""
+    """Raises `SettingsError` for invalid options, and if the images of a sequence have different sizes."""
     fps = plan.options["fps"]
     if not (isinstance(fps, int | float) and fps > 0):
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
@@ -26,7 +26,7 @@ def check(plan: Plan) -> None:
 
 
 def sequence(plan: Plan, number: int) -> tuple[str, int]:
-    """The sequence of a view, and its frame in that, from 1: a sequence for each camera of a rig, else one."""
+    """Returns a view's sequence and its frame number in it, from 1; each camera of a rig has its own sequence."""
     rig = plan.shots[number].rig
     name = plan.options["sequence"]
     if rig is None:
@@ -36,7 +36,7 @@ def sequence(plan: Plan, number: int) -> tuple[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its rows of `gt.txt`: boxes are of the whole objects, and count from 1."""
+    """Makes an image, and its rows of `gt.txt`: boxes around whole objects, with pixel coordinates from 1."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     name, place = sequence(plan, number)

@@ -1,4 +1,4 @@
-"""COCO's panoptic format: a picture of segment ids and a table of segments. Source: cocodataset.org, "Data format"."""
+"""COCO's panoptic format: an image of segment ids and a table of segments. Source: cocodataset.org, "Data format"."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ def check(plan: Plan) -> None:
     for name in plan.options["stuff"]:
         if name not in plan.categories.values():
             raise SettingsError(
-                f"stuff: there is no category {name!r}, only {list(plan.categories.values())}",
+                f"stuff: unknown category {name!r}, only {list(plan.categories.values())}",
                 code="unknown_name",
             )
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, the picture of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
+    """Makes an image, the image of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
 
-    Things are a segment each; all of a category of `stuff` are one. Objects without a category are void.
+    Each thing is a segment; all objects of a category in `stuff` form one segment. Objects without a category are
+    void.
     """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
@@ -64,7 +65,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the file of annotations of all pictures, in pieces."""
+    """Makes the file of annotations of all images, in pieces."""
     yield "annotations/panoptic.json", _parts(plan, records)
 
 

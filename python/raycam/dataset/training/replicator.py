@@ -1,4 +1,4 @@
-"""The layout of NVIDIA Replicator's BasicWriter: a file of each kind for each picture, in one folder.
+"""The layout of NVIDIA Replicator's BasicWriter: for each image, one file of each kind, all in one folder.
 
 Sources: the public converters that read it; USD's camera, UsdGeomCamera.
 """
@@ -43,9 +43,9 @@ BOX_3D = np.dtype(
 )
 """A row of `bounding_box_3d`: extents in the axes of the box, and world_from_box for row vectors."""
 APERTURE = 20.955
-"""The width of the film, millimetres: that of USD's cameras."""
+"""Film width in millimetres, as for USD cameras."""
 CLIPPING = (0.01, 1e6)
-"""The planes of `cameraProjection`, metres; raycam itself has none."""
+"""Clipping planes of `cameraProjection` in metres; raycam itself has no clipping planes."""
 OPENGL = np.diag([1.0, -1.0, -1.0])
 
 
@@ -62,7 +62,9 @@ def as_json(value: Any) -> bytes:
 
 
 def color_of(number: int) -> tuple[int, int, int, int]:
-    """A colour of its own for each number from 0, opaque: its bits over the channels, the lowest ones first."""
+    """Returns a distinct opaque colour for each number from 0: its bits are distributed to the channels, lowest bits
+    first.
+    """
     color = [0, 0, 0, 255]
     for bit in range(24):
         color[bit % 3] |= (number + 1 >> bit & 1) << 7 - bit // 3
@@ -70,7 +72,9 @@ def color_of(number: int) -> tuple[int, int, int, int]:
 
 
 def camera_params(camera: Camera) -> dict[str, Any]:
-    """The camera in USD's terms (millimetres, axes x right, y up, z backward, row vectors), and in raycam's."""
+    """Returns the camera in USD's conventions (millimetres, axes x right, y up, z backward, row vectors), and in
+    raycam's.
+    """
     width, height = camera.size
     K = k_with_half_centers(camera)
     view = np.eye(4)
@@ -107,7 +111,7 @@ def camera_params(camera: Camera) -> dict[str, Any]:
 
 
 def box_rows(shown: list[tuple[int, Label]]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """The rows of the 2D and 3D boxes of visible objects, each with its semantic id."""
+    """Returns the rows of the 2D and 3D boxes of visible objects, each with its semantic id."""
     flat, deep = np.zeros(len(shown), BOX), np.zeros(len(shown), BOX_3D)
     for row, solid, (number, item) in zip(flat, deep, shown, strict=True):
         box = item.visible_box
@@ -127,7 +131,7 @@ def box_rows(shown: list[tuple[int, Label]]) -> tuple[npt.NDArray[Any], npt.NDAr
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the files of a picture, each named by its kind and the number of the picture."""
+    """Makes the files of an image, each named by its kind and the number of the image."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "distance", "normal", "instance"])
     instance = frame["instance"]
@@ -180,12 +184,12 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes no further file: every picture has its own."""
+    """Makes no files, because all files belong to single images."""
     return iter(())
 
 
 def notices(plan: Plan) -> list[Notice]:
-    """The notice that Replicator's keys describe a pinhole camera, if a camera has a lens or skew."""
+    """Returns the notice that Replicator's keys describe only pinhole cameras, if a camera has a lens or skew."""
     cameras = [view.camera for view in plan.shots]
     lenses = sorted({camera.model for camera in cameras if camera.model != "pinhole"})
     if not lenses and all(camera.K[0, 1] == 0.0 for camera in cameras):

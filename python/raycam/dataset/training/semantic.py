@@ -1,4 +1,4 @@
-"""Semantic PNG: label ids, instance ids as Cityscapes has them, and colours of a palette. Source: cityscapesScripts."""
+"""Semantic PNG: label ids, instance ids as in Cityscapes, and colours of a palette. Source: cityscapesScripts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPTIONS = {"labels": {}, "void": 0, "palette": {}}
 
 
 def label_ids(plan: Plan) -> dict[int, int]:
-    """The label id of each category."""
+    """Returns the label id of each category."""
     given = plan.options["labels"]
     return {
         number: given.get(name, plan.options["void"] if given else number)
@@ -26,18 +26,18 @@ def label_ids(plan: Plan) -> dict[int, int]:
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` for unknown categories, and ids that do not fit 8 bits."""
+    """Raises `SettingsError` for unknown categories, and ids above 255."""
     for option in ("labels", "palette"):
         for name in plan.options[option]:
             if name not in plan.categories.values():
                 raise SettingsError(
-                    f"{option}: there is no category {name!r}, only {list(plan.categories.values())}",
+                    f"{option}: unknown category {name!r}, only {list(plan.categories.values())}",
                     code="unknown_name",
                 )
     for number in [plan.options["void"], *label_ids(plan).values()]:
         if not (isinstance(number, int) and 0 <= number <= 255):
             raise SettingsError(
-                f"a label id is {number!r}; 8 bits hold 0 to 255: give labels, {{category: id}}",
+                f"a label id is {number!r}; expected 0 to 255 (8 bits); pass labels={{category: id}}",
                 code="out_of_range",
             )
     for name, color in plan.options["palette"].items():
@@ -48,7 +48,9 @@ def check(plan: Plan) -> None:
 
 
 def pascal_palette() -> npt.NDArray[np.uint8]:
-    """The colours [256, 3] of PASCAL VOC: bits of the id over the channels. Source: VOC devkit, VOClabelcolormap."""
+    """Returns the colours [256, 3] of PASCAL VOC: the id's bits, distributed to the channels (VOC devkit,
+    VOClabelcolormap).
+    """
     palette = np.zeros((256, 3), dtype=np.uint8)
     for number in range(256):
         for bit in range(8):
@@ -58,7 +60,7 @@ def pascal_palette() -> npt.NDArray[np.uint8]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
+    """Makes an image, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     void = plan.options["void"]
@@ -76,7 +78,7 @@ def make(plan: Plan, number: int) -> Made:
         count = counts[own] = counts.get(own, -1) + 1
         if own * 1000 + count > 65535:
             raise SettingsError(
-                f"label id {own} with instance {count} does not fit 16 bits: give labels up to 64",
+                f"label id {own} with instance {count} does not fit into 16 bits; use label ids up to 64",
                 code="out_of_range",
             )
         labels[mask], instances[mask] = own, own * 1000 + count
@@ -92,7 +94,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `labels.json`: id and colour of each category, and of what has none."""
+    """Makes `labels.json`: id and colour of each category, and of pixels without a category."""
     palette = pascal_palette()
     ids = label_ids(plan)
     rows = [

@@ -1,4 +1,4 @@
-"""Splits of a data set, by a seed and by scene: views of one world, or of one pose of a rig, stay together."""
+"""Random splits of a data set; all views of one world, or of one pose of a rig, are in the same split."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from ..plan import Plan
 __all__ = ["SPLITS", "check_splits", "split_names"]
 
 SPLITS: Mapping[str, Any] = {"splits": {"train": 0.8, "val": 0.2}, "split_seed": 0}
-"""The options of formats with splits, with their defaults."""
+"""Options of formats with splits, with their defaults."""
 
 
 def check_splits(plan: Plan) -> None:
-    """Raises `SettingsError` unless `splits` are shares by name whose sum is 1, and `split_seed` is a whole number."""
+    """Raises `SettingsError` unless `splits` maps names to fractions with the sum 1, and `split_seed` is a whole
+    number.
+    """
     splits, seed = plan.options["splits"], plan.options["split_seed"]
     named = isinstance(splits, Mapping) and all(
         isinstance(share, int | float) and share >= 0 and name.isidentifier()
@@ -33,10 +35,11 @@ def check_splits(plan: Plan) -> None:
 
 
 def split_names(plan: Plan) -> list[str]:
-    """The split of each view, a function of the seed and of the number of its world, its rig's pose, or itself.
+    """Returns the split of each view, which depends on the seed and the number of its world, of its rig's pose, or
+    its own.
 
-    Worlds of a recipe are drawn one by one, so that more worlds leave the others where they were; of the views of one
-    world, the shares are exact.
+    For the worlds of a recipe, each world's split is drawn independently, so further worlds do not change it. For the
+    views of a single world, the splits have exactly the requested fractions.
     """
     whole = plan.whole or plan
     groups = [_group(view.world, view.rig, number) for number, view in enumerate(whole.shots)]

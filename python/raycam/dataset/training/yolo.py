@@ -1,4 +1,4 @@
-"""YOLO: a text file of labels for each picture, normalised by its size. Source: Ultralytics, "Datasets"."""
+"""YOLO: a text file for each image, with labels normalised by the image's size. Source: Ultralytics, "Datasets"."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture and its labels; a picture with nothing has an empty file."""
+    """Makes an image and its labels; the label file is empty if no object is visible."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
@@ -69,7 +69,7 @@ def _short(value: float) -> str:
 
 
 def numbers(shot: Shot, item: Label) -> list[float]:
-    """The numbers of a label after its class."""
+    """Returns the numbers of a label after its class."""
     task = shot.plan.options["task"]
     size = np.array(shot.camera.size, dtype=float)
     if task == "segment":
@@ -90,13 +90,13 @@ def numbers(shot: Shot, item: Label) -> list[float]:
 
 
 def outlines(item: Label) -> list[Points]:
-    """The polygons [n, 2] around the visible pixels, from the picture's corner; the largest first."""
+    """Returns polygons [n, 2] around the visible pixels, in pixels from the image's corner, the largest first."""
     found = [np.array(corners, dtype=float) + item.region[:2] for corners in polygons(item.visible_mask)]
     return sorted(found, key=lambda corners: -len(corners))
 
 
 def joined(pieces: list[Points]) -> Points:
-    """One polygon of several, with bridges of no width between the nearest corners, forth and back."""
+    """Joins several polygons into one by double edges without width between their nearest corners."""
     whole = pieces[0]
     for piece in pieces[1:]:
         apart = ((whole[:, None] - piece[None]) ** 2).sum(axis=2)
@@ -106,10 +106,11 @@ def joined(pieces: list[Points]) -> Points:
 
 
 def rectangle(points: Points, size: Points) -> Points:
-    """The corners [4, 2], in turn, of the rectangle of the least area around points: one side lies on their hull.
+    """Returns the corners [4, 2], in order, of the rectangle of minimum area around points.
 
-    Loaders drop pictures whose labels leave them, and trainers clip corners: these are clipped to the picture where
-    that leaves every point within a pixel, and else the upright rectangle is taken.
+    One of its sides lies on the points' hull. Because loaders reject labels that extend beyond the image, the corners
+    are clipped to the image if all points then stay within one pixel of the rectangle; otherwise the upright
+    rectangle is used.
     """
     hull = _hull(points)
     edges = np.concatenate([np.roll(hull, -1, axis=0) - hull, [[1.0, 0.0]]])

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import lzma
 import math
 import re
+import struct
+import tokenize
+import warnings
 import zipfile
 import zlib
 from pathlib import Path
@@ -19,6 +23,11 @@ from .reading import finite, read_text
 __all__ = ["read_table"]
 
 ARRAYS = ("directions", "times", "rings", "origins")
+DAMAGES = (
+    *(ValueError, TypeError, SyntaxError, OverflowError, RecursionError, tokenize.TokenError),
+    *(OSError, EOFError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error, lzma.LZMAError),
+)
+"""What NumPy's reader of headers and the readers of archives raise for damaged files."""
 MAX_ROWS = 1 << 22
 """The largest number of pulses of a table."""
 MAX_ARRAY_BYTES = MAX_ROWS * 24
@@ -61,7 +70,7 @@ def _read_arrays(path: Path) -> dict[str, Any]:
                 with archive.open(item) as member:
                     arrays[name] = _read_array(path, member, item.file_size)
             return arrays
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as fault:
+    except DAMAGES as fault:
         if isinstance(fault, LidarError):
             raise
         raise LidarError(f"{path}: not a file of NumPy arrays: {fault}", code="syntax") from None
@@ -73,7 +82,11 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"version {version} of the format")
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, is_fortran, kind = read(stream)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # headers of Python 2
+        shape, is_fortran, kind = read(stream)
+    if any(length < 0 for length in shape):
+        raise ValueError(f"an array of shape {shape}")
     if kind.kind not in "fiu":
         raise ValueError(f"an array of {kind}, which are not numbers")
     need = math.prod(shape) * kind.itemsize

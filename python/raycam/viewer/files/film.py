@@ -26,14 +26,15 @@ LARGEST = (640, 480)
 FPS = {".mp4": 24.0, ".gif": 12.0}
 SAMPLES = 8
 Shots = Callable[[int], tuple["World", "Camera"]]
-"""The world and the camera of a picture by its number."""
+"""The world and the camera of an image by its number."""
 TELL = 0.5  # seconds between two reports
 
 
 def filmed(
     session: Session, seconds: float, degrees: float, tell: Callable[[int, int], None]
 ) -> tuple[str, str, bytes]:
-    """Ending, media type and bytes of the film: MP4 where PyAV is there, else GIF. `tell(done, total)` is progress.
+    """Returns ending, media type and bytes of the video: MP4 if PyAV is installed, else GIF. `tell(done, total)`
+    reports progress.
 
     Of 0 degrees it begins at the world's time 0 and shows it moving, for its duration at most. Raises `SettingsError`
     where nothing moves, `Cancelled` where the client has left or stops it.

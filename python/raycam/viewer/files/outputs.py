@@ -23,7 +23,7 @@ MEDIA = {
 
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of the picture that rests. Raises `SettingsError` where none does yet."""
+    """Name, media type and bytes of the image that rests. Raises `SettingsError` where none does yet."""
     with session.lock:
         view, still = session.view, session.images.still
     title = view.opened.title
@@ -36,7 +36,9 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         text = world_file(view.opened.source, view.opened.edits.opened, view.base, view.camera)
         return f"{_stem(title)}_changed.toml", MEDIA[format], text.encode()
     if still is None:
-        raise SettingsError("the picture has no samples yet: try again when it rests")
+        raise SettingsError(
+            "the image has no samples yet; save it when the view is at rest", code="no_samples"
+        )
     channels = dict(still)
     if format != "png":
         if "alpha" not in channels:

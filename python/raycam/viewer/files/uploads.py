@@ -1,4 +1,4 @@
-"""Files that are dropped on the page: put together in a private folder, and opened within it.
+"""Files that are dropped on the page: they are stored in a private folder and opened there.
 
 A client sends names and bytes. A name is a relative path without "..", so that the file stays in the folder; the
 readers then open nothing outside of the folder. Archives (.zip) are unpacked within the same limits.

@@ -1,1 +1,1 @@
-"""The world as it is seen: how one moves in it, what is changed in it, and the lines over it."""
+"""The world in the viewer: navigation, edits, and lines drawn over the image."""

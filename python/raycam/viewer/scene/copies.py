@@ -1,4 +1,4 @@
-"""Cameras as the text of other tools' files, by the writers of `raycam.save_cameras`, and the command of a picture."""
+"""Cameras as text in other tools' formats (see `raycam.save_cameras`), and the command that renders the image."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def camera_table(camera: Camera) -> str:
 
 
 def render_command(file: Path | str, camera: Camera | str | None, options: Mapping[str, Any]) -> str:
-    """The lines of a shell that render a picture of `file` through a camera: a name, or one that is written first.
+    """Returns shell commands that render `file` with a camera, given by name or written to a file first.
 
     `options` are those of `raycam render` by name; None is omitted, True is an option without a value. Without a
     camera, `raycam render` frames the world. A file below the folder of this

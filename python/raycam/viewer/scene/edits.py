@@ -1,4 +1,4 @@
-"""Edits of objects and lights: a world that is changed by numbers, undone and redone.
+"""Edits of objects and lights in a view, with undo and redo.
 
 Each edit makes a world that shares what is built with the one before, so that undoing is going back to it. Worlds to
 go back to are copies, which hold none of the trees that pictures had built for them.
@@ -27,14 +27,14 @@ MOST_STEPS = 100
 """Steps that can be undone."""
 MOST_LISTED = 1000
 """Objects and lights that are listed by name."""
-LOOKING = "this view is for looking: it was started with edit=False"
+READ_ONLY = "this view is read-only, because it was started with edit=False"
 
 
 class Listener(Protocol):
     """Somebody who shows the world."""
 
     def rebase(self) -> None:
-        """Shows the world as it is now."""
+        """Shows the current world."""
 
 
 class Edits:
@@ -61,13 +61,13 @@ class Edits:
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
         """Changes an object or a light. Raises `WorldError`; the world is then as before."""
         if not self.allowed:
-            raise SettingsError(LOOKING)
+            raise SettingsError(READ_ONLY, code="read_only")
         self.replace(edited(self.world, kind, number, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
         """Places an object; places of the same stroke are one step of undo. Raises `WorldError`."""
         if not self.allowed:
-            raise SettingsError(LOOKING)
+            raise SettingsError(READ_ONLY, code="read_only")
         if stroke != self._stroke:
             _require_placeable(self.world, number)
         changed = self.world.copy()
@@ -88,7 +88,7 @@ class Edits:
     def undo(self) -> None:
         """Goes back by one edit; raises `WorldError` at the first world."""
         if not self._before:
-            raise WorldError("there is nothing to undo")
+            raise WorldError("there is nothing to undo", code="nothing_to_undo")
         self._stroke = None
         self._after.append(self.world.copy())
         self._show(self._before.pop())
@@ -96,7 +96,7 @@ class Edits:
     def redo(self) -> None:
         """Takes back an `undo`; raises `WorldError` at the last world."""
         if not self._after:
-            raise WorldError("there is nothing to redo")
+            raise WorldError("there is nothing to redo", code="nothing_to_undo")
         self._stroke = None
         self._before.append(self.world.copy())
         self._show(self._after.pop())
@@ -138,11 +138,13 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     if kind == "light":
         lights = world.lights
         if number >= len(lights) or key != "strength":
-            raise WorldError("there is no light of this number, or no such key of it", code="unknown_name")
+            raise WorldError(
+                "no light with this number, or the light does not have this key", code="unknown_name"
+            )
         changed.set_light(number, **_stronger(lights[number], _factor(value)))
         return changed
     if number >= world._core.object_count:
-        raise WorldError("there is no object of this number", code="index_out_of_range")
+        raise WorldError("no object with this number", code="index_out_of_range")
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
     elif key == "isolate" and isinstance(value, bool):

@@ -1,4 +1,5 @@
-"""The gizmo: handles on an object, as lines over the picture, and what dragging one does to its matrix.
+"""The gizmo: handles on an object, drawn as lines over the image, and the changes of its matrix when they are
+dragged.
 
 Everything goes by rays through pixels, so that it holds for every lens.
 """
@@ -22,7 +23,7 @@ __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
 TOOLS = ("move", "turn", "scale")
 HANDLES = ("x", "y", "z", "all")
 COLORS = {**AXES, "all": "#ffffff"}
-LENGTH = 90.0  # pixels of an axis where the picture has no distortion
+LENGTH = 90.0  # pixels of an axis where the image has no distortion
 PIECES = 32
 LEAST, MOST = 0.01, 100.0  # factors of a drag
 EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the pointer's way
@@ -91,7 +92,7 @@ def placed(matrix: Floats, middle: Floats) -> Floats:
 
 
 def axes_of(matrix: Floats, tool: str) -> Floats:
-    """The axes [3, 3] of the handles: the world's; for `scale` those of the object, which then keeps its shape."""
+    """Returns the axes [3, 3] of the handles: the world's, or for `scale` the object's, so that it is not sheared."""
     if tool != "scale":
         return np.eye(3)
     left, _, right = np.linalg.svd(np.asarray(matrix)[:3, :3])
@@ -132,7 +133,7 @@ def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
 
 
 def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camera: Camera) -> Floats:
-    """The way of an object that follows the pointer: along an axis, or in the plane of the picture."""
+    """The way of an object that follows the pointer: along an axis, or in the plane of the image."""
     if handle != "all":
         axis = np.eye(3)[HANDLES.index(handle)]
         first, second = (_along(ray, center, axis) for ray in rays)

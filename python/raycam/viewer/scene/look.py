@@ -141,7 +141,7 @@ class Look:
         return {} if self.background is None else {"background": self.background}
 
     def light_up(self, world: World, opened: World, camera: Camera, *, preview: bool = False) -> World:
-        """The world with the light and the ground of the look, seen by `camera`.
+        """Returns the world with the look's lights and ground, for `camera`.
 
         The ground stays where it is under `opened`, the world before its edits, and is hidden from cameras below it.
         Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview` need

@@ -1,4 +1,4 @@
-"""Lines over the picture: the cameras of the world, bent as the lens that one looks through bends them."""
+"""Lines over the image that show the world's cameras, distorted by the lens of the current camera."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ GRID_COLOR = "#9aa3b2"
 STEPS = 12
 """Pieces of an edge."""
 NARROW = 0.2
-"""The cosine at the picture's edge down to which a view ends in a plane."""
-FARTHEST = 1e5  # pixels beside the picture where a line ends
+"""The cosine at the image's edge down to which a view ends in a plane."""
+FARTHEST = 1e5  # pixels beside the image where a line ends
 
 
 def frusta(
     cameras: Mapping[str, Camera], seen: Camera, length: float, hidden: str = ""
 ) -> list[dict[str, Any]]:
-    """Name and lines in pixels of each camera's view up to `length` metres, as the camera `seen` sees them."""
+    """Returns each camera's name and the lines of its frustum up to `length` metres, in pixels of the camera `seen`."""
     made = []
     for name, camera in list(cameras.items())[:MAX_CAMERAS]:
         if name == hidden:
@@ -88,7 +88,7 @@ def _round_length(length: float) -> float:
 
 
 def _edges(camera: Camera, length: float) -> list[Floats]:
-    """The edges [n, 3] of a camera's view: those of its picture at `length`, and those to its corners."""
+    """The edges [n, 3] of a camera's view: those of its image at `length`, and those to its corners."""
     still = camera.still()
     (width, height), corner = still.size, still.corner
     share = np.linspace(0, 1, STEPS + 1)[:-1]
@@ -108,7 +108,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
 
 
 def polylines(edges: list[Floats], seen: Camera) -> list[list[list[float]]]:
-    """Lines [n, 3] of the world in pixels from the picture's left top corner, cut where the camera has no image."""
+    """Lines [n, 3] of the world in pixels from the image's left top corner, cut where the camera has no image."""
     made: list[list[list[float]]] = []
     for edge in edges:
         pixels, in_front = seen.project(np.nan_to_num(edge, nan=np.inf))

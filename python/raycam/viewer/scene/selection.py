@@ -34,7 +34,7 @@ class Selection:
         self._middles: dict[tuple[int, int], Floats] = {}
 
     def choose(self, number: int, tool: str) -> None:
-        """Chooses an object by its number; one that is not there is none."""
+        """Selects an object by its number; clears the selection if the object does not exist."""
         self.number, self.tool = number, tool
 
     @property
@@ -57,7 +57,9 @@ class Selection:
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
-        """The outline and the gizmo of the object, where it is in `world`, as lines over an image of `camera`."""
+        """Returns the outline and the gizmo of the object at its place in `world`, as lines over an image of
+        `camera`.
+        """
         if self.tool == "none" or not self.is_there():
             return []
         if self.tool == "outline":

@@ -1,4 +1,4 @@
-"""The world of a view as a world file, which stands beside the file that it was opened from."""
+"""The world of a view as a world file, which is saved next to the file from which it was opened."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def world_file(source: Path | None, opened: World, world: World, camera: Camera)
     """
     if source is None:
         raise WorldError(
-            "a world of a script has no world file: Save GLB keeps what glTF can say", code="cannot_write"
+            "the world was created by a script and has no world file; use Save GLB", code="cannot_write"
         )
     document = _document(source)
     entries = document.get("object", [])
     before, after = _objects(opened), _objects(world)
     if len(before) != len(after):
         raise WorldError(
-            f"a script made {len(after)} objects of the file's {len(before)}: Save GLB keeps them",
+            f"a script made {len(after)} objects from the file's {len(before)}; use Save GLB to keep them",
             code="cannot_write",
         )
     changed = [i for i, found in enumerate(after) if before[i : i + 1] != [found]]
@@ -124,7 +124,8 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         raise WorldError(f"a world file of this world would not load: {error}", code="cannot_write") from None
     if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
         raise WorldError(
-            f"{source.name} or a file that it names is another one than was opened: open it again, or Save GLB"
+            f"{source.name} or a file that it names has changed since it was opened; open it again, or use Save GLB",
+            code="changed_file",
         )
     shown = next(iter(built.cameras.values()))
     same = (
@@ -134,7 +135,7 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
     )
     if not same:
         raise WorldError(
-            "a world file cannot say what was changed here: Save GLB keeps what glTF can say",
+            "a world file cannot represent these changes; use Save GLB",
             code="cannot_write",
         )
 

@@ -47,7 +47,7 @@ class Images:
         self.still = None
 
     def delay(self, seconds: float) -> None:
-        """Waits before the next still image, after one that failed."""
+        """Waits before the next still image after a failure."""
         self.touched = time.monotonic() + seconds
 
     def samples_of(self, view: View) -> int:

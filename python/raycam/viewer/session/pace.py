@@ -1,22 +1,22 @@
-"""The pace of moving pictures: the size that fits the time between two of them, from what the last ones took."""
+"""The size of images during motion, chosen by the render times of the last images."""
 
 from __future__ import annotations
 
 __all__ = ["Pace"]
 
-TARGET = 0.040  # seconds a moving picture may take
-DIVISORS = (1, 2, 4)  # of the still picture's sides
+TARGET = 0.040  # seconds a moving image may take
+DIVISORS = (1, 2, 4)  # of the still image's sides
 SMOOTHING = 0.4  # the weight of the newest measurement
 
 
 class Pace:
-    """Chooses the size of the next moving picture."""
+    """Chooses the size of the next moving image."""
 
     def __init__(self) -> None:
         self._seconds_per_pixel: float | None = None
 
     def size(self, still: tuple[int, int]) -> tuple[int, int]:
-        """Width and height for a still picture of this size: full, a half or a quarter of its sides."""
+        """Width and height for a still image of this size: full, a half or a quarter of its sides."""
         sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]
         if self._seconds_per_pixel is None:
             return sizes[1][0], sizes[1][1]
@@ -26,7 +26,7 @@ class Pace:
         return sizes[-1][0], sizes[-1][1]
 
     def measured(self, size: tuple[int, int], seconds: float) -> None:
-        """Takes note of what a picture took."""
+        """Takes note of what an image took."""
         new = seconds / (size[0] * size[1])
         old = self._seconds_per_pixel
         self._seconds_per_pixel = new if old is None else old + SMOOTHING * (new - old)

@@ -1,4 +1,4 @@
-"""A session: carries out a client's messages, and tells the client what changed."""
+"""A session: executes a client's messages, and sends changes to the client."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Session:
             return self.view, self.images.version
 
     def show(self, view: View) -> None:
-        """Shows another view: restarts the images if they change, and tells the client what is new."""
+        """Shows another view: restarts the images if they change, and sends the changes to the client."""
         with self._changes:
             before = self.view
             with self.lock:

@@ -60,7 +60,7 @@ class Opened:
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
-        """The first camera of the view and its name; a camera without a name frames `world` as it is now.
+        """Returns the view's first camera and its name; a camera without a name shows all of the current `world`.
 
         `size` is the size of a camera that fills the window.
         """
@@ -171,7 +171,7 @@ class View:
 
     @cached_property
     def bounds(self) -> Floats:
-        """The bounds [2, 3] of the world as it is shown; a cube of 2 m for an empty world."""
+        """The bounds [2, 3] of the displayed world; a cube of 2 m for an empty world."""
         return bounds_of(self.world)
 
     @cached_property
@@ -245,7 +245,7 @@ class View:
         return self.channel not in COLORS[1:]
 
     def camera_of(self, name: str) -> Camera:
-        """A camera of the world, where it is at the view's time."""
+        """Returns a camera of the world at the view's time."""
         return self._camera_at(name, self.world, self.time)
 
     def _camera_at(self, name: str, world: World, time: float) -> Camera:
@@ -370,7 +370,7 @@ class View:
     # Messages ---------------------------------------------------------------------------------------------
 
     def outline(self) -> tuple[Any, ...]:
-        """All that `welcome` tells a client: names, times, title."""
+        """Returns the contents of the message `welcome`: names, times, title."""
         base = self.base
         return (
             self.opened.title,

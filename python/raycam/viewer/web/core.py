@@ -17,12 +17,12 @@ LEVEL = 9
 
 
 def is_built() -> bool:
-    """True if raycam compiled for WebAssembly lies beside this module."""
+    """Returns True if raycam compiled for WebAssembly is next to this module."""
     return (files(__package__) / FOLDER / CORE).is_file()
 
 
 def core_blocks() -> list[str]:
-    """The elements of a page that hold raycam. Raises `SettingsError` where it was not built."""
+    """Returns the elements of a page that contain raycam; raises `SettingsError` if it was not built."""
     if not is_built():
         raise SettingsError(
             "live pages need raycam compiled for WebAssembly, which this installation lacks: a wheel from the index has"
@@ -40,7 +40,7 @@ def core_blocks() -> list[str]:
 
 
 def core_bytes() -> bytes:
-    """raycam as WebAssembly. Raises `FileNotFoundError` where it was not built."""
+    """Returns raycam as WebAssembly; raises `FileNotFoundError` if it was not built."""
     return zlib.decompress((files(__package__) / FOLDER / CORE).read_bytes(), -15)
 
 

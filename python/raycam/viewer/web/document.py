@@ -37,7 +37,7 @@ def assembled(
 
 
 def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
-    """The page's HTML with its parts in their places; what a part says is not filled again."""
+    """Returns the page's HTML with its parts inserted; placeholders within the parts are not replaced."""
     pieces = []
     for piece in client_file(page).split("<!--"):
         name, end, rest = piece.partition("-->")

@@ -34,7 +34,7 @@ def live_page(
     title: str | None,
     channel: str | None,
 ) -> str:
-    """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
+    """Returns the HTML text of a page that shows `world` with the camera of `frame`; raises `SettingsError`."""
     from ...arguments import one_of
     from ...render.frame import CHANNELS, VIEWS
     from ...render.options import check_option
@@ -77,7 +77,7 @@ def live_page(
 
 
 def playground_page(examples: Mapping[str, str]) -> str:
-    """The HTML text of the playground: `examples` are texts of world files by their names, the first to begin with."""
+    """Returns the HTML text of the playground; `examples` are world file texts by name, the first is shown first."""
     listed = [{"name": name, "text": text} for name, text in examples.items()]
     options = json_text({"playground": listed, "types": file_types()})
     blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']

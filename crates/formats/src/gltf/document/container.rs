@@ -5,7 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
-use raycam_scene::NoticeCode;
+use raycam_scene::{ErrorCode, NoticeCode};
 use serde::Deserialize;
 
 use crate::error::{FormatError, Result};
@@ -61,11 +61,13 @@ impl Container {
     fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
         let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
+        let truncated =
+            |at: usize, message: &str| Err(FormatError::byte(path, at, ErrorCode::TruncatedFile.message(message)));
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
         while at < length {
             let (Some(size), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) else {
-                return fault(at, "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)");
+                return truncated(at, "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)");
             };
             let start = at + 8;
             let end = start + size as usize;
@@ -74,7 +76,7 @@ impl Container {
                     "a chunk of {size} bytes, but {} are left (GLB_UNEXPECTED_END_OF_CHUNK_DATA)",
                     length.saturating_sub(start)
                 );
-                return fault(at, &message);
+                return truncated(at, &message);
             }
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
@@ -143,7 +145,7 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     let InputFile { path, bytes, .. } = source;
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
-        return Err(FormatError::byte(path, bytes.len(), message));
+        return Err(FormatError::byte(path, bytes.len(), ErrorCode::TruncatedFile.message(message)));
     };
     if version != 2 {
         let message = format!("GLB version {version} (GLB_INVALID_VERSION); version 2 is read");
@@ -152,7 +154,7 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     let length = length as usize;
     if length > source.len() || length < 12 {
         let message = format!("{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)", source.len());
-        return Err(FormatError::byte(path, 8, message));
+        return Err(FormatError::byte(path, 8, ErrorCode::TruncatedFile.message(message)));
     }
     if length < source.len() {
         let extra = source.len() - length;

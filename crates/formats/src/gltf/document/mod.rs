@@ -11,7 +11,7 @@ pub(crate) mod memory_allowance;
 use std::io;
 use std::path::Path;
 
-use raycam_scene::{Message, SceneError};
+use raycam_scene::{ErrorCode, Message, SceneError};
 
 use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
@@ -47,7 +47,8 @@ impl Document<'_> {
 
     /// The error of an index that leads nowhere.
     pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
-        self.fault(format!("{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)"))
+        let message = format!("{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)");
+        self.fault(ErrorCode::IndexOutOfRange.message(message))
     }
 
     /// The item at an index that is written at `place`.
@@ -65,11 +66,14 @@ impl Document<'_> {
     ) -> Result<&'b T> {
         match self.get(all, index, place)? {
             Lenient::Valid(element) => Ok(element),
-            Lenient::Faulty(fault) => Err(self.fault(format!("{part}[{index}]: {fault} (TYPE_MISMATCH)"))),
+            Lenient::Faulty(fault) => {
+                let message = format!("{part}[{index}]: {fault} (TYPE_MISMATCH)");
+                Err(self.fault(ErrorCode::WrongType.message(message)))
+            }
         }
     }
 
     pub(crate) fn scene(&self, place: &str, source: SceneError) -> FormatError {
-        self.fault(format!("{place}: {source}"))
+        self.fault(source.code().message(format!("{place}: {source}")))
     }
 }

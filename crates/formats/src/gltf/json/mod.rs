@@ -84,7 +84,7 @@ json_objects! {
         rotation: Option<[f64; 4]>,
         scale: Option<[f64; 3]>,
         mesh: Option<usize>,
-        camera: Option<usize>,
+        camera: Option<Lenient<usize>>,
         skin: Option<usize>,
         weights: Option<Vec<f32>>,
         extensions: NodeExtensions,

@@ -85,8 +85,16 @@ impl Builder<'_, '_> {
         let node = &self.document.root.nodes[i];
         let moving = !rig.animations.is_empty();
         let place = format!("nodes[{i}]");
-        if let Some(camera) = node.camera {
-            let at = format!("{place}.camera");
+        let at = format!("{place}.camera");
+        let camera = match &node.camera {
+            None => None,
+            Some(Lenient::Valid(camera)) => Some(*camera),
+            Some(Lenient::Faulty(fault)) => {
+                let fault = Err(self.document.fault(format!("{fault} (TYPE_MISMATCH)")));
+                self.or_omitted(&at, "the camera", fault)?
+            }
+        };
+        if let Some(camera) = camera {
             let added = self.camera(&at, camera, &node.name, transform);
             let added = self.or_omitted(&at, "the camera", added)?;
             rig.cameras.extend(added.flatten().map(|added| NodeCamera {

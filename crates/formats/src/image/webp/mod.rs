@@ -18,7 +18,7 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
         let length = u64::from(u32::from_le_bytes(*length)) + 8;
         if (file.bytes.len() as u64) < length {
-            return Err(file.fault(format!("ends early: {} bytes of {length}", file.bytes.len())));
+            return Err(file.truncated(format!("ends early: {} bytes of {length}", file.bytes.len())));
         }
     }
     let decoder = WebPDecoder::new(Cursor::new(file.bytes));

@@ -1,4 +1,4 @@
-"""`RaycastingScene` and the mesh that it takes."""
+"""`RaycastingScene` and its tensor mesh."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ INVALID_ID = 4294967295
 
 
 class RaycastingScene(Hints):
-    """Triangle meshes to cast rays at and to measure distances from, with the names of Open3D's class.
+    """Ray casting and distance queries of triangle meshes, with the methods of Open3D's class.
 
-    Takes NumPy arrays and tensors of any float and integer dtype, answers float32 and uint32. A miss has t_hit inf and
-    ids `INVALID_ID`. `device` must be the CPU.
+    Accepts NumPy arrays and tensors of any float and integer dtype; returns float32 and uint32. For a miss, t_hit is
+    inf and ids are `INVALID_ID`. `device` must be the CPU.
     """
 
     INVALID_ID: ClassVar[int] = INVALID_ID
@@ -45,15 +45,16 @@ class RaycastingScene(Hints):
     def add_triangles(self, *arguments: Any, **keys: Any) -> int:
         """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the id of the geometry, from 0.
 
-        Positions [n, 3] of any dtype of numbers, indices [m, 3] of whole ones. Raises `RaycastingError` for others.
+        Positions [n, 3] may have any numeric dtype, indices [m, 3] any integer dtype. Raises `RaycastingError` for
+        others.
         """
         names = ("mesh",) if len(arguments) == 1 else ("vertex_positions", "triangle_indices")
         given = dict(zip(names, arguments, strict=False)) | keys
         if len(arguments) > 2 or given.keys() not in ({"mesh"}, {"vertex_positions", "triangle_indices"}):
-            raise TypeError("add_triangles takes vertex_positions and triangle_indices, or a mesh of tensors")
+            raise TypeError("add_triangles expects vertex_positions and triangle_indices, or a tensor mesh")
         mesh = given.get("mesh")
         if mesh is not None and not hasattr(mesh, "vertex"):
-            raise TypeError("add_triangles takes a mesh of tensors: TriangleMesh.from_legacy(mesh)")
+            raise TypeError("add_triangles expects a tensor mesh; use TriangleMesh.from_legacy(mesh)")
         if mesh is not None and not ("positions" in mesh.vertex and "indices" in mesh.triangle):
             raise RaycastingError('the mesh has no vertex["positions"] or no triangle["indices"]')
         positions = mesh.vertex["positions"] if mesh is not None else given["vertex_positions"]
@@ -70,10 +71,11 @@ class RaycastingScene(Hints):
         return self._geometries - 1
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """First hits of rays [..., 6]: t_hit, geometry_ids, primitive_ids, primitive_uvs, primitive_normals.
+        """Returns the first hits of rays [..., 6]: t_hit, geometry_ids, primitive_ids, primitive_uvs,
+        primitive_normals.
 
-        `primitive_uvs` are the weights of the second and third corner; `primitive_normals` are of length 1 and as
-        wound.
+        `primitive_uvs` are the weights of the second and third corner; `primitive_normals` are unit vectors on the
+        side from which the corners are counter-clockwise.
         """
         fields = ["t", "instance", "triangle", "barycentric", "normal", "front"]
         hits = self._world.cast_rays(*_rays(rays), fields=fields, threads=self._some(nthreads))
@@ -85,17 +87,17 @@ class RaycastingScene(Hints):
         }
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf, nthreads: int = 0) -> Any:
-        """True for rays [..., 6] with any hit at tnear <= t <= tfar."""
+        """Returns True for rays [..., 6] with any hit at tnear <= t <= tfar."""
         found = self._world.occluded(*_rays(rays), tfar, t_min=tnear, threads=self._some(nthreads))
         return self._tensor(np.asarray(found))
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
-        """The number of crossings of rays [..., 6], int32."""
+        """Returns the number of crossings of rays [..., 6], int32."""
         counts = self._world.count_intersections(*_rays(rays), threads=self._some(nthreads))
         return self._tensor(np.asarray(counts))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """All crossings of rays [..., 6], ray by ray in the order of t.
+        """Returns all crossings of rays [..., 6], ray by ray in the order of t.
 
         `ray_splits` uint32 [n + 1]: crossings of ray i are `ray_splits[i]:ray_splits[i + 1]`; `ray_ids`, `t_hit`,
         `geometry_ids`, `primitive_ids`, `primitive_uvs`.
@@ -109,7 +111,9 @@ class RaycastingScene(Hints):
         }
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
-        """Closest points of [..., 3]: points, geometry_ids, primitive_ids, primitive_uvs, primitive_normals."""
+        """Returns the closest points to [..., 3]: points, geometry_ids, primitive_ids, primitive_uvs,
+        primitive_normals.
+        """
         found = self._world.closest_points(
             last("query_points", query_points, 3), threads=self._some(nthreads)
         )
@@ -119,36 +123,41 @@ class RaycastingScene(Hints):
         }
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
-        """Distances of points [..., 3], float32."""
+        """Returns distances of points [..., 3], float32."""
         points = last("query_points", query_points, 3)
         return self._single(self._world.distance(points, threads=self._some(nthreads)))
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """Distances of points [..., 3], float32, negative inside; `nsamples` must be odd and is not needed."""
+        """Returns distances of points [..., 3], float32, negative inside; `nsamples` must be odd and has no other
+        effect.
+        """
         _odd(nsamples)
         points = last("query_points", query_points, 3)
         return self._single(self._world.signed_distance(points, threads=self._some(nthreads)))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """1. for points [..., 3] inside and 0. for others, float32; `nsamples` must be odd and is not needed."""
+        """Returns 1. for points [..., 3] inside and 0. for others, float32; `nsamples` must be odd and has no other
+        effect.
+        """
         _odd(nsamples)
         points = last("query_points", query_points, 3)
         return self._single(self._world.inside(points, threads=self._some(nthreads)))
 
     @classmethod
     def create_rays_pinhole(cls, *arguments: Any, **keys: Any) -> Any:
-        """Rays float32 [height, width, 6] of a pinhole camera, through pixel centres at +0.5, with z = 1 in the camera.
+        """Returns rays float32 [height, width, 6] of a pinhole camera, through pixel centres at +0.5, with camera z =
+        1.
 
-        `(intrinsic_matrix, extrinsic_matrix, width_px, height_px)`: the extrinsic matrix is world-to-camera, x right, y
-        down, z forward. `(fov_deg, center, eye, up, width_px, height_px)`: the angle is across, and rows run **along**
-        `up`, as in Open3D: pass `up=[0, -1, 0]` for pictures that stand upright in a world whose y is up.
+        `(intrinsic_matrix, extrinsic_matrix, width_px, height_px)`: the extrinsic matrix is world-to-camera, x right,
+        y down, z forward. `(fov_deg, center, eye, up, width_px, height_px)`: the angle is horizontal, and image rows
+        increase **along** `up`, as in Open3D; pass `up=[0, -1, 0]` for upright images of a y-up world.
         """
         names: tuple[str, ...] = ("intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px")
         if len(arguments) == 6 or "fov_deg" in keys:
             names = ("fov_deg", "center", "eye", "up", "width_px", "height_px")
         given = dict(zip(names, arguments, strict=False)) | keys
         if given.keys() != set(names):
-            raise TypeError(f"create_rays_pinhole takes {', '.join(names)}")
+            raise TypeError(f"create_rays_pinhole expects {', '.join(names)}")
         width, height = (pixel_count(name, given[name]) for name in ("width_px", "height_px"))
         if "fov_deg" in given:
             intrinsic, rotation, eye = looking(given, width, height)

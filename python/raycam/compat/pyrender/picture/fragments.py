@@ -52,7 +52,7 @@ class Fragments:
 
 @dataclass
 class _Screen:
-    """A camera at its pose, the flags and the depth of the picture, 0 where nothing is; lines write theirs."""
+    """A camera at its pose, the flags and the depth of the image, 0 where nothing is; lines write theirs."""
 
     camera: Camera
     pose: Floats
@@ -207,7 +207,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
     ways = segments[:, 1] - segments[:, 0]
     first, last = (segments[:, 0] + side[:, np.newaxis] * ways for side in (low, high))
     (at0, w0, near0), (at1, w1, near1) = screen.project(first), screen.project(last)
-    # Cut at the border of the picture, so that a line has no more steps than it.
+    # Cut at the border of the image, so that a line has no more steps than it.
     enter, leave = np.zeros(len(at0)), np.ones(len(at0))
     for axis, size in ((0, width), (1, height)):
         step = at1[:, axis] - at0[:, axis]
@@ -241,5 +241,5 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
 
 
 def _pixels(at: Floats) -> Whole:
-    """Rows and columns [n, 2] of the pixels around places [n, 2] in the picture; between two rows, the upper one."""
+    """Rows and columns [n, 2] of the pixels around places [n, 2] in the image; between two rows, the upper one."""
     return np.stack([np.ceil(at[:, 1]) - 1, np.floor(at[:, 0])], axis=1).astype(np.int64)

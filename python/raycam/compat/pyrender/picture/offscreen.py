@@ -67,14 +67,14 @@ class OffscreenRenderer:
     def render(
         self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None
     ) -> Any:
-        """The picture, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 where nothing is.
+        """Returns the image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 for the background.
 
         With `DEPTH_ONLY` the depth alone. With `SEG` each node of `seg_node_map` in its colour, and nothing else.
         Raises `ValueError` for a scene without a camera.
         """
         eye = scene.main_camera_node
         if eye is None or eye.camera is None:
-            raise ValueError("the scene has no camera: scene.add(camera, pose=...)")
+            raise ValueError("the scene has no camera; add one with scene.add(camera, pose=...)")
         if self._scene is not scene:
             self._scene, self._shown = scene, SceneWorld()
         seg = bool(flags & RenderFlags.SEG)
@@ -106,7 +106,7 @@ class OffscreenRenderer:
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
 
     def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
-        """The picture [h, w, 4] by the shading that the package names."""
+        """The image [h, w, 4] by the shading that the package names."""
         shading = sys.modules[__package__.rpartition(".")[0]].shading
         if shading not in ("pyrender", "raycam"):
             raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')
@@ -117,7 +117,7 @@ class OffscreenRenderer:
     def _colors(
         self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]
     ) -> npt.NDArray[np.uint8]:
-        """The picture [h, w, 4]; pixels at edges are the mean of four samples."""
+        """The image [h, w, 4]; pixels at edges are the mean of four samples."""
         width, height = self.viewport_width, self.viewport_height
         columns, rows = at
         lights = _placed_lights(scene)
@@ -138,18 +138,20 @@ class Renderer(OffscreenRenderer):
 
     def render_text(self, *_arguments: Any, **_options: Any) -> None:
         """Raises `NotImplementedError`."""
-        raise NotImplementedError("render_text: draw text over the picture, as PIL.ImageDraw does")
+        raise NotImplementedError(
+            "render_text is not supported; draw text on the image, for example with PIL.ImageDraw"
+        )
 
     def read_color_buf(self) -> Any:
         """Raises `NotImplementedError`."""
         raise NotImplementedError(
-            "read_color_buf: there is no window whose buffer it is; render(scene) returns the picture"
+            "read_color_buf is not supported without a window; render(scene) returns the image"
         )
 
     def read_depth_buf(self) -> Any:
         """Raises `NotImplementedError`."""
         raise NotImplementedError(
-            "read_depth_buf: there is no window whose buffer it is; render(scene) returns the depth"
+            "read_depth_buf is not supported without a window; render(scene) returns the depth"
         )
 
 

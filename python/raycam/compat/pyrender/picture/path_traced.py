@@ -30,7 +30,7 @@ WRAPS = {GLTF.CLAMP_TO_EDGE: "clamp", GLTF.MIRRORED_REPEAT: "mirror", GLTF.REPEA
 def path_traced_picture(
     scene: Scene, camera: Camera, pose: Floats, size: tuple[int, int]
 ) -> npt.NDArray[np.uint8]:
-    """The picture [h, w, 4] in sRGB before the scene's background, by the integrator "path" with 64 samples.
+    """The image [h, w, 4] in sRGB before the scene's background, by the integrator "path" with 64 samples.
 
     The ambient light is an even sky. Raises `NotImplementedError` for parallel rays.
     """
@@ -144,7 +144,7 @@ def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> rayca
     starts, ways = camera.rays(np.array([0.0, width]), np.array([0.0, height]), size)
     if np.ptp(starts) > 0:
         raise NotImplementedError(
-            'shading "raycam" needs a perspective camera: use raycam.Camera.orthographic'
+            'shading "raycam" requires a perspective camera; for parallel rays, use raycam.Camera.orthographic'
         )
     fx, fy = width / (ways[1, 0] - ways[0, 0]), height / (ways[0, 1] - ways[1, 1])
     K = [[fx, 0, -ways[0, 0] * fx], [0, fy, ways[0, 1] * fy], [0, 0, 1]]

@@ -3,7 +3,7 @@
 import { dot, plusTimes, rowOf } from "../core/vectors.js";
 import { litPicture } from "./chapter_light.js";
 import { fixed } from "../figure/numbers.js";
-import { drawLine } from "../figure/shapes.js";
+import { drawDot, drawLine } from "../figure/shapes.js";
 import { addPicture, drawPixel } from "./views.js";
 import { SIZE, worldText } from "./world.js";
 
@@ -59,10 +59,42 @@ export function buildFocus(fig) {
     const text = worldText(fig.shared.numbers, { size: [240, 180], camera: `aperture = { radius = ${aperture}, focus = ${focus} }` });
     return { text, size: [240, 180], integrator: "flat", samples: 64 };
   });
-  showPicture(fig, "The picture through a lens with an aperture", picture);
-  fig.slider({ name: "aperture", symbol: "C", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
-  fig.slider({ name: "focus", symbol: "t", min: 2, max: 8, step: 0.1, digits: 1, get: () => focus, set: (value) => { focus = value; } });
-  fig.readout(() => [[`A point at depth 6 becomes a disc of radius f · a · |1/6 − 1/${fixed(focus, 1)}| = ${fixed(discRadius(fig.shared.numbers.fx, aperture, 6, focus), 2)} pixels`]]);
+  const { shared } = fig;
+  const depth = () => (shared.steps.winner ? shared.steps.winner.t * dot(shared.ray.r, shared.ray.forward) : 6);
+  fig.canvas({
+    ratio: 0.62, label: "The lens from the side: rays of one point pass the aperture and meet behind it, in front of the sensor, on it or behind it",
+    draw: (pen) => drawLens(pen, aperture, focus, depth()),
+  });
+  addPicture(fig, { label: "The picture through a lens with an aperture", image: () => picture().canvas });
+  fig.host.classList.add("double");
+  fig.slider({ name: "aperture a", symbol: "L", min: 0, max: 0.3, step: 0.01, get: () => aperture, set: (value) => { aperture = value; } });
+  fig.slider({ name: "focus z₀", symbol: "t", min: 2, max: 8, step: 0.1, digits: 1, get: () => focus, set: (value) => { focus = value; } });
+  fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f a |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
+}
+
+/** A thin lens from the side, not to scale behind it. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */
+function drawLens(pen, aperture, focus, depth) {
+  const [lens, middle, sensor] = [0.72 * pen.width, pen.height / 2, 0.9 * pen.width];
+  const rim = (aperture / 0.3) * 0.36 * pen.height;
+  const front = (/** @type {number} */ z) => lens - (Math.min(z, 8.4) / 8.4) * 0.68 * pen.width;
+  const image = lens + (sensor - lens) / (1 + 1 / focus - 1 / Math.max(depth, 0.7)); // the lens equation; the sensor at distance 1
+  drawLine(pen, [[8, middle], [pen.width - 8, middle]], { color: "axis", width: 1, dash: [4, 5] });
+  drawLine(pen, [[front(focus), 0.14 * pen.height], [front(focus), 0.86 * pen.height]], { color: "t", width: pen.lit("t") ? 4 : 2, dash: [6, 5] });
+  pen.label({ at: [front(focus), 0.14 * pen.height], text: "in focus: z₀", symbol: "t" });
+  for (const y of [-rim, 0, rim]) {
+    const beyond = middle - (y * (pen.width - 8 - image)) / (image - lens);
+    drawLine(pen, [[front(depth), middle], [lens, middle + y], [pen.width - 8, beyond]], { color: "L", width: 1.6 });
+  }
+  const spread = Math.abs((rim * (sensor - image)) / (image - lens));
+  drawLine(pen, [[lens, middle - 0.4 * pen.height], [lens, middle - rim]], { color: "ink", width: 5 });
+  drawLine(pen, [[lens, middle + rim], [lens, middle + 0.4 * pen.height]], { color: "ink", width: 5 });
+  drawLine(pen, [[sensor, middle - 0.4 * pen.height], [sensor, middle + 0.4 * pen.height]], { color: "K", width: pen.lit("K") ? 4 : 2 });
+  drawLine(pen, [[sensor, middle - spread], [sensor, middle + spread]], { color: "r", width: 6 });
+  pen.label({ at: [sensor, middle - 0.4 * pen.height], text: "sensor", symbol: "K" });
+  pen.label({ at: [lens, middle - 0.4 * pen.height], text: "lens", color: pen.color("ink") });
+  pen.label({ at: [sensor, middle + spread], text: "disc", symbol: "r" });
+  drawDot(pen, [front(depth), middle], "x", 6);
+  pen.label({ at: [front(depth), middle], text: "point", symbol: "x" });
 }
 
 /** The radius in pixels of the image of a point out of focus. @param {number} f @param {number} aperture @param {number} depth @param {number} focus */

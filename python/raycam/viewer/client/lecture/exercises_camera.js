@@ -78,7 +78,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "line",
-    title: "A point of the pixel's line: X' = P⁺ x",
+    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted",
     asked: triple("X'"),
     given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
     answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),

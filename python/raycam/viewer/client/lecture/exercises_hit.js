@@ -7,6 +7,9 @@ import { areClose, negated, triple } from "./answers.js";
 
 const cornersText = (/** @type {import("./answers.js").Facts} */ { found }) => found.corners.map((corner, i) => `${"abc"[i]} = ${vectorText(corner)}`);
 
+/** The axis along which a normal is longest. @param {number[]} n */
+const mainAxis = (n) => n.map(Math.abs).indexOf(Math.max(...n.map(Math.abs)));
+
 /** @type {import("./answers.js").Exercise[]} */
 export const HIT_EXERCISES = [
   {
@@ -48,6 +51,7 @@ export const HIT_EXERCISES = [
       `f(t) = ${vectorText(facts.found.f)}`,
       `g = a + v3 = ${vectorText(facts.found.g)}`,
       `u = g - f(t) = ${vectorText(facts.found.u)}`,
+      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same.`,
     ],
     answer: ({ found }) => [found.crossings],
     hint: ([count], { found }) => {

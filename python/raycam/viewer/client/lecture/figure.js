@@ -31,7 +31,10 @@ export class Figure {
     new IntersectionObserver(([entry]) => {
       this.isVisible = entry.isIntersecting;
       if (this.isVisible) this.update();
-      else host.dataset.live = "false";
+      else {
+        host.dataset.live = "false";
+        pictures.cancel(this.id);
+      }
     }, { rootMargin: "200px" }).observe(host);
     new ResizeObserver(() => this.isVisible && this.update()).observe(this.stage);
   }

@@ -49,13 +49,17 @@ function bindNavigation(shared) {
     }
   }, { rootMargin: "-30% 0px -60% 0px" });
   for (const { section } of links) observer.observe(section);
+  let last = -1;
   const show = () => {
+    const solved = document.querySelectorAll(".solved").length;
+    if (solved === last) return;
+    last = solved;
     for (const { link, section } of links) {
       const tasks = [...section.querySelectorAll("[data-exercise], [data-code]")];
       link.classList.toggle("done", tasks.length > 0 && tasks.every((task) => task.classList.contains("solved")));
     }
     const all = document.querySelectorAll("[data-exercise], [data-code]").length;
-    byId("progress", HTMLElement).textContent = `${document.querySelectorAll(".solved").length} of ${all} exercises solved`;
+    byId("progress", HTMLElement).textContent = `${solved} of ${all} exercises solved`;
   };
   shared.listeners.push(show);
   show();
@@ -72,6 +76,8 @@ function openLecture() {
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-figure]"))) FIGURES[host.dataset.figure || ""](new Figure(host, shared, pictures));
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-exercise]"))) buildQuiz(host, shared);
   for (const host of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-code]"))) buildCodeCell(host, shared, pictures);
+  document.addEventListener("input", () => pictures.hold());
+  document.addEventListener("pointermove", ({ buttons }) => buttons && pictures.hold());
   bindSymbols(shared);
   bindNavigation(shared);
   byId("reset", HTMLButtonElement).addEventListener("click", () => shared.reset());

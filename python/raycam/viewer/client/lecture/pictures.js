@@ -7,14 +7,18 @@ import { compiledCore, textOf } from "../transport/worker.js";
 /** @typedef {{ text: string, width: number, height: number, integrator: string, samples: number, seed?: number }} Wanted `samples` 0 loads the world alone */
 /** @typedef {{ onPicture?: (picture: Picture) => void, onWorld?: (world: any) => void }} Receivers */
 
+/** Time between messages that the reader drags something. */
+const HOLD_MS = 100;
+
 export class Pictures {
   /** @param {(text: string) => void} say called with errors */
   constructor(say) {
     this.say = say;
     this.id = 0;
+    this.held = 0;
     /** @type {Worker | null} */
     this.worker = null;
-    /** @type {Map<string, Receivers & { id: number, message: any }>} */
+    /** @type {Map<string, Receivers & { id: number, message: any, done?: boolean }>} */
     this.asked = new Map();
   }
 
@@ -43,6 +47,23 @@ export class Pictures {
     this.worker?.postMessage(message);
   }
 
+  /** Lets refinement wait while the reader drags something. */
+  hold() {
+    const now = performance.now();
+    if (now - this.held < HOLD_MS) return;
+    this.held = now;
+    this.worker?.postMessage({ type: "busy" });
+  }
+
+  /** Stops pictures of a figure that are not finished; they begin again when they are requested. @param {string} id the figure's, which its keys begin with */
+  cancel(id) {
+    for (const [key, { done }] of this.asked) {
+      if (done || key.replace(/\d$/, "") !== id) continue;
+      this.asked.delete(key);
+      this.worker?.postMessage({ type: "cancel", key });
+    }
+  }
+
   /** @param {any} message */
   receive(message) {
     const asked = this.asked.get(message.key);
@@ -50,6 +71,7 @@ export class Pictures {
     else if (message.type === "world") asked?.onWorld?.(message);
     else if (asked) {
       const { width, height, color, samples } = message;
+      asked.done = asked.id === message.id && samples >= asked.message.samples;
       const canvas = document.createElement("canvas");
       [canvas.width, canvas.height] = [width, height];
       const image = new ImageData(width, height);

@@ -30,8 +30,13 @@ export function buildQuiz(host, shared) {
   const show = () => {
     const facts = factsNow();
     numbers.textContent = facts ? given(facts).join("\n") : "Select a pixel that shows a triangle.";
-    host.classList.toggle("solved", Boolean(shared.progress[id]));
   };
+  const mark = () => host.classList.toggle("solved", Boolean(shared.progress[id]));
+  let isVisible = false;
+  new IntersectionObserver(([entry]) => {
+    isVisible = entry.isIntersecting;
+    if (isVisible) show();
+  }, { rootMargin: "200px" }).observe(host);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const facts = factsNow();
@@ -42,6 +47,7 @@ export function buildQuiz(host, shared) {
     if (right) shared.remember(id, true);
     shared.redraw();
   });
-  shared.listeners.push(show);
+  shared.listeners.push(() => (mark(), isVisible && show()));
+  mark();
   show();
 }

@@ -4,7 +4,7 @@ import { nextTurn } from "../core/session.js";
 
 /** @typedef {{ key: string, id: number, text: string, width: number, height: number, integrator: string, samples: number, done: number, seed: number }} Request */
 
-const PATH = "lecture.toml", STEPS = [1, 4, 16, 64, 256], BAND_SAMPLES = 160000;
+const PATH = "lecture.toml", STEPS = [1, 4, 16, 64, 256], BAND_SAMPLES = 160000, QUIET_MS = 250;
 
 /** @param {any} scope the worker's global scope, which has the core as `wasm_bindgen` */
 export function serveLecture(scope) {
@@ -15,6 +15,10 @@ export function serveLecture(scope) {
   /** @type {Map<string, any>} the prepared world of each figure */
   const worlds = new Map();
   let works = false;
+  /** When refinement may go on after the reader dragged something. */
+  let quietAt = 0;
+  /** The figure whose picture is rendered now; "" if it is cancelled. */
+  let current = "";
 
   function load(/** @type {Request} */ { key, text }) {
     const old = worlds.get(key);
@@ -31,6 +35,9 @@ export function serveLecture(scope) {
     return loaded;
   }
 
+  /** True while refinement must wait: the reader drags something, or a figure has no picture yet. */
+  const mustYield = () => performance.now() < quietAt || [...waiting.values()].some(({ done }) => done === 0);
+
   /** Renders one step of a picture in bands of rows, and ends early if the figure wants another one. */
   async function draw(/** @type {Request} */ asked) {
     const { key, id, width, height, integrator, seed } = asked;
@@ -41,14 +48,18 @@ export function serveLecture(scope) {
     const color = new Float32Array(3 * width * height);
     for (let row = 0; row < height; row += rows) {
       if (row > 0) await nextTurn();
-      if (waiting.has(key)) return;
+      if (asked.done > 0 && mustYield()) {
+        if (current === key && !waiting.has(key)) waiting.set(key, asked);
+        return;
+      }
+      if (waiting.has(key) || current !== key) return;
       const region = [0, row, width, Math.min(rows, height - row)];
       const frame = world.render(camera, JSON.stringify({ channels: ["color"], integrator, samples, seed, region, ambient_occlusion: false }));
       color.set(frame.plane("color"), 3 * width * row);
       frame.free();
     }
     scope.postMessage({ type: "picture", key, id, samples, width, height, color }, [color.buffer]);
-    if (samples < asked.samples) waiting.set(key, { ...asked, done: samples });
+    if (samples < asked.samples && current === key) waiting.set(key, { ...asked, done: samples });
   }
 
   async function work() {
@@ -56,7 +67,12 @@ export function serveLecture(scope) {
     works = true;
     while (waiting.size) {
       const [asked] = [...waiting.values()].sort((a, b) => a.done - b.done || b.id - a.id);
+      if (asked.done > 0 && performance.now() < quietAt) {
+        await new Promise((resolve) => setTimeout(resolve, quietAt - performance.now()));
+        continue;
+      }
       waiting.delete(asked.key);
+      current = asked.key;
       try {
         await draw(asked);
       } catch (error) {
@@ -85,6 +101,10 @@ export function serveLecture(scope) {
       } catch (error) {
         fail("", 0, error);
       }
+    } else if (data.type === "busy") quietAt = performance.now() + QUIET_MS;
+    else if (data.type === "cancel") {
+      waiting.delete(data.key);
+      if (current === data.key) current = "";
     } else waiting.set(data.key, { ...data, done: 0 });
     work();
   };

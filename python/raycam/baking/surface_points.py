@@ -1,0 +1,76 @@
+"""Surface points of texels, on the baked object or on a detailed source around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Bools, Floats
+from ..world import World
+
+__all__ = ["SurfacePoints", "transfer"]
+
+OVERLAP = 1e-4
+"""Distance beyond a texel's point at which both rays start, relative to the cage: the source may be exactly there."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points [n] of a world's surface."""
+
+    world: World
+    """The world of which they are points, and which occludes."""
+    position: Floats
+    """Points in the world [n, 3]."""
+    normal: Floats
+    """Unit normals of the faces [n, 3], outwards."""
+    shading_normal: Floats
+    """Interpolated unit normals [n, 3], outwards."""
+    instance: npt.NDArray[np.int32]
+    """Ids of the objects [n]."""
+    triangle: npt.NDArray[np.int32]
+    """Numbers of the faces [n]."""
+    missed: Bools
+    """True [n] for points without a source, which are those of the baked object."""
+    albedo: npt.NDArray[np.float32] | None = None
+    """The source's base colours [n, 3], linear."""
+
+
+def transfer(points: SurfacePoints, source: World, cage: float, threads: int | None) -> SurfacePoints:
+    """The nearest points of `source` along the shading normals, within `cage` metres outwards or inwards.
+
+    Only surfaces that face outwards count: not the other side of a thin wall.
+    """
+    normal, skip = points.shading_normal, OVERLAP * cage
+    fields = ("t", "instance", "triangle", "position", "normal", "shading_normal", "albedo")
+    hits: list[dict[str, npt.NDArray[Any]]] = []
+    sides: tuple[tuple[float, Literal["front", "back"]], ...] = ((1.0, "back"), (-1.0, "front"))
+    for sign, side in sides:
+        start = points.position - sign * skip * normal
+        hits.append(
+            source.cast_rays(
+                start, sign * normal, t_max=cage + skip, fields=fields, facing=side, threads=threads
+            )
+        )
+    distance = np.abs(np.stack([hit["t"] for hit in hits]) - skip)
+    outer = distance[0] < distance[1]
+    missed: Bools = np.asarray(~np.isfinite(distance).any(axis=0), np.bool_)
+
+    def chosen(name: str, own: npt.NDArray[Any], sign: float = 1.0) -> npt.NDArray[Any]:
+        wide = (slice(None), None) if own.ndim == 2 else (slice(None),)
+        value = np.where(outer[wide], sign * hits[0][name], hits[1][name])
+        return np.where(missed[wide], own, value).astype(own.dtype)
+
+    return SurfacePoints(
+        source,
+        chosen("position", points.position),
+        chosen("normal", points.normal, -1.0),  # the outward ray hits backs
+        chosen("shading_normal", points.shading_normal, -1.0),
+        chosen("instance", np.full_like(points.instance, -1)),
+        chosen("triangle", np.full_like(points.triangle, -1)),
+        missed,
+        chosen("albedo", np.zeros((len(outer), 3), np.float32)),
+    )

@@ -1,0 +1,60 @@
+"""Tangents of MikkTSpace, which baked normal maps and renderers share."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+
+from .. import _core
+from ..arguments import Floats
+from ..io.glb import GlbBuilder
+from ..world.object_mesh import attributes_of
+
+__all__ = ["corner_tangents", "tangent_space_normals"]
+
+
+def corner_tangents(positions: Floats, normals: Floats, uvs: Floats) -> Floats:
+    """The tangents and bitangent signs [f, 3, 4] of corners with positions and normals [f, 3, 3] and `uvs` [f, 3, 2].
+
+    They are those that raycam computes for a glTF file without tangents, v down (glTF 2.0, 3.7.2.1). Source: Mikkelsen,
+    Simulation of wrinkled surfaces revisited, 2008.
+    """
+    rows = np.concatenate([positions, normals, uvs], axis=2).reshape(-1, 8).astype(np.float32)
+    vertices, faces = np.unique(rows, axis=0, return_inverse=True)
+    glb = GlbBuilder()
+    attributes = {
+        "POSITION": glb.floats(vertices[:, :3]),
+        "NORMAL": glb.floats(vertices[:, 3:6]),
+        "TEXCOORD_0": glb.floats(vertices[:, 6:]),
+    }
+    flat = glb.texture(np.array([[[128, 128, 255]]], np.uint8))
+    material = glb.add("materials", normalTexture={"index": flat})
+    part = {"attributes": attributes, "indices": glb.indices(faces.reshape(-1, 3)), "material": material}
+    glb.add("nodes", mesh=glb.add("meshes", primitives=[part]))
+    data, _ = _core.world_to_gltf(_core.world_from_gltf(glb.bytes(), "tangents.glb", "y", []))
+    length = struct.unpack("<I", data[12:16])[0]
+    document, binary = json.loads(data[20 : 20 + length]), memoryview(data)[28 + length :]
+    found: Floats = attributes_of(document, binary, document["meshes"][0]["primitives"][0])["TANGENT"].astype(
+        np.float64
+    )
+    return found
+
+
+def tangent_space_normals(normals: Floats, shading: Floats, tangents: Floats, signs: Floats) -> Floats:
+    """Unit normals [n, 3] in tangent space: x along `tangents` [n, 3], z along `shading` [n, 3], y with `signs` [n].
+
+    Tangents need not be perpendicular to the normals: the result is such that a renderer that adds the scaled axes gets
+    `normals` [n, 3].
+    """
+    tangent = tangents / np.maximum(np.sqrt((tangents**2).sum(axis=1, keepdims=True)), 1e-300)
+    bitangent = np.cross(shading, tangent) * signs[:, None]
+    bitangent /= np.maximum(np.sqrt((bitangent**2).sum(axis=1, keepdims=True)), 1e-300)
+    axes = np.stack([tangent, bitangent, shading], axis=2)
+    flat = np.abs(np.linalg.det(axes)) < 1e-9  # a face without area in the texture
+    axes[flat] = np.eye(3)
+    found: Floats = np.linalg.solve(axes, normals[..., None])[..., 0]
+    found[flat] = [0, 0, 1]
+    found = found / np.sqrt((found**2).sum(axis=1, keepdims=True))
+    return found

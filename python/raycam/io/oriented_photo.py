@@ -1,0 +1,81 @@
+"""Photographs turned by their EXIF orientation."""
+
+from __future__ import annotations
+
+import os
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arguments import one_of
+from ..errors import Notice
+
+__all__ = ["ORIENTATIONS", "Orientation", "read_oriented"]
+
+Orientation = Literal["auto", "apply", "ignore"]
+"""Use of a photograph's EXIF orientation."""
+ORIENTATIONS = list(get_args(Orientation))
+Pixels = npt.NDArray[np.float32]
+
+
+def read_oriented(
+    path: str | os.PathLike[str], size: tuple[int, int] | None, orientation: str = "auto"
+) -> tuple[Pixels, list[Notice]]:
+    """The linear colours and opacity [h, w, 4] of a photograph, and notices.
+
+    `size` is the (width, height) of the camera that took it. With `orientation` "auto", the photograph is turned by
+    its EXIF orientation if only the turned photograph has the camera's shape, with a notice; otherwise a notice states
+    which of the two fits. "apply" turns it always, as `cv2.imread` does, and "ignore" never.
+
+    Raises `SettingsError` for another `orientation`, `FormatError` and `OSError` for the file.
+    """
+    one_of("orientation", orientation, ORIENTATIONS)
+    pixels, exif, notices = _core.read_photo(path)
+    if exif == 1:
+        return pixels, list(notices)
+    notices = [notice for notice in notices if notice.code != "ignored_orientation"]
+    turned = _turn(pixels, exif)
+    if orientation != "auto":
+        return (turned if orientation == "apply" else pixels), notices
+    stored_fits, turned_fits = _fits(pixels, size), _fits(turned, size)
+    name = os.fspath(path)
+    if turned_fits and not stored_fits:
+        text = f"turned by its EXIF orientation ({exif}), because its camera has {_text(turned)} pixels"
+        return turned, [*notices, Notice(text, "applied_orientation", [name], 1)]
+    which = (
+        f"the pixels as stored ({_text(pixels)}) fit the camera"
+        if stored_fits and not turned_fits
+        else f"both the stored and the turned pixels ({_text(turned)}) fit the camera"
+        if stored_fits
+        else f"neither the stored ({_text(pixels)}) nor the turned pixels ({_text(turned)}) have its camera's shape"
+        if size is not None
+        else "its camera is unknown"
+    )
+    text = f'its EXIF orientation ({exif}) is not applied: {which}; orientation="apply" turns it'
+    return pixels, [*notices, Notice(text, "ignored_orientation", [name], 1)]
+
+
+def _turn(pixels: Pixels, exif: int) -> Pixels:
+    """The upright photograph. Source: CIPA DC-008 (EXIF 2.32), tag Orientation."""
+    if exif in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if exif in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if exif in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return np.ascontiguousarray(pixels)
+
+
+def _fits(pixels: Pixels, size: tuple[int, int] | None) -> bool:
+    """True if a photograph has the camera's shape, up to its scale and one pixel."""
+    if size is None:
+        return False
+    own: tuple[int, int] = (pixels.shape[1], pixels.shape[0])
+    width, height = size
+    return abs(own[0] * height - own[1] * width) <= max(size) * max(1.0, own[0] / width)
+
+
+def _text(pixels: Pixels) -> str:
+    return f"{pixels.shape[1]} x {pixels.shape[0]}"

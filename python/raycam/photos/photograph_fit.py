@@ -1,0 +1,23 @@
+"""How a photograph fits to the others that show the same surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["PhotographFit"]
+
+
+@dataclass(frozen=True)
+class PhotographFit:
+    """How a photograph fits to the others."""
+
+    name: str
+    """The photograph's name."""
+    texels: int
+    """The number of texels that it shows."""
+    gain: tuple[float, float, float]
+    """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
+    shift_px: float
+    """Its shift against the other photographs in pixels, the root mean square over its parts; NaN without overlap."""
+    disagreement: float
+    """Median difference of its luminance from the other photographs, relative to theirs; NaN without overlap."""

@@ -1,0 +1,101 @@
+"""Sources of worlds: bytes and file objects, their kind, and the unit of mesh files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import SettingsError
+from .missing_files import MODELS
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsRead
+
+__all__ = ["HEAD_BYTES", "check_scalable", "kind_suffix", "path_suffix", "read_bytes", "scale_factor"]
+
+MESH_SUFFIXES = (".obj", ".ply", ".stl", ".off")
+"""Endings of mesh files, whose unit is unknown."""
+METRES = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
+"""Lengths of units in metres."""
+MARKS = ((b"PXR-USDC", ".usdc"), (b"#usda", ".usda"), (b"glTF", ".glb"))
+"""First bytes of GLB and USD files, and their endings."""
+ZIP_MARK = b"PK\x03\x04"
+HEAD_BYTES = 512
+"""Bytes that determine a file's kind."""
+
+
+def read_bytes(source: bytes | bytearray | memoryview | SupportsRead[bytes]) -> bytes:
+    """The bytes of a source that is no path; a file object is read to its end. Raises `SettingsError`."""
+    data = source.read() if hasattr(source, "read") else source
+    if isinstance(data, str):
+        raise SettingsError(
+            "source is a text file; open it in binary mode: open(path, 'rb')", code="wrong_type"
+        )
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise SettingsError(
+            "source must be the path of a world or model, bytes or a binary file object, "
+            f"not {type(source).__name__}",
+            code="wrong_type",
+        )
+    return bytes(data)
+
+
+def kind_suffix(kind: str | None, data: bytes) -> str:
+    """The ending of a file of these bytes, as ".glb": its content's, or else `kind`; empty if it is unknown.
+
+    Raises `SettingsError` for an unknown `kind`.
+    """
+    named = "" if kind is None else f".{kind.lower().lstrip('.')}" if isinstance(kind, str) else "."
+    if named and named not in MODELS:
+        options = ", ".join(each.lstrip(".") for each in MODELS)
+        raise SettingsError(f"kind is {kind!r}; options: {options}", code="unknown_name")
+    return _content_suffix(data) or named
+
+
+def path_suffix(path: str | os.PathLike[str]) -> str:
+    """The ending of a file by its name, as ".usd"; for a name without a known ending, that of its content."""
+    suffix = Path(path).suffix.lower()
+    if suffix in MODELS:
+        return suffix
+    with open(path, "rb") as file:
+        return _content_suffix(file.read(HEAD_BYTES)) or suffix
+
+
+def _content_suffix(head: bytes) -> str:
+    """The ending of a GLB or USD file by its first bytes; empty for others."""
+    # The first file in a USDZ archive, whose name is in the archive's first bytes, is a USD file.
+    if head.startswith(ZIP_MARK) and b".usd" in head[:HEAD_BYTES]:
+        return ".usdz"
+    return next((suffix for mark, suffix in MARKS if head.startswith(mark)), "")
+
+
+def scale_factor(scale: float | None, units: str | None) -> float | None:
+    """The factor of a mesh file's coordinates; None without either argument. Raises `SettingsError`."""
+    if scale is not None and units is not None:
+        raise SettingsError(
+            f"scale={scale!r} and units={units!r} exclude each other; expected one of them",
+            code="conflicting_values",
+        )
+    if units is not None:
+        if units not in METRES:
+            raise SettingsError(f"units is {units!r}; options: {', '.join(METRES)}", code="unknown_name")
+        return METRES[units]
+    if scale is None:
+        return None
+    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 < scale < float("inf"):
+        raise SettingsError(
+            f"scale must be a finite number greater than 0, got {scale!r}", code="out_of_range"
+        )
+    return float(scale)
+
+
+def check_scalable(name: str, suffix: str, head: bytes) -> None:
+    """Raises `SettingsError` for `scale` or `units` of a file that is not a mesh file."""
+    is_scene = suffix in MODELS and suffix not in MESH_SUFFIXES
+    if is_scene or _content_suffix(head) or head.lstrip()[:1] == b"{":
+        raise SettingsError(
+            f"{name}: scale= and units= are for mesh files ({', '.join(MESH_SUFFIXES)}); other formats state their "
+            "unit; add the file to a world instead: world.add_object(mesh=..., scale=...)",
+            code="conflicting_values",
+        )
