@@ -4,8 +4,8 @@
 
 PYTHON is an interpreter that has the other build. Each build renders the same list of pictures in a process of its own,
 once per instruction set; a picture counts as different if one byte of one channel differs. Exit status 1 if any does.
-The list holds the scenes of the path-tracing benchmark, all materials, lights and lenses, cameras that move, and every
-glTF, OBJ, PLY, STL and OFF file below the folders given.
+The list holds the scenes of the path-tracing benchmark, all materials, lights and lenses, textures, cameras that move,
+and every glTF, OBJ, PLY, STL and OFF file below the folders given.
 """
 
 from __future__ import annotations
@@ -63,6 +63,8 @@ MATERIALS: dict[str, dict[str, Any]] = {
     },
     "cloth": {"type": "principled", "sheen_color": [0.8, 0.7, 0.6], "sheen_roughness": 0.4},
     "film": {"type": "principled", "metallic": 1.0, "iridescence": 1.0, "roughness": 0.1},
+    "filmed plastic": {"type": "principled", "iridescence": 1.0, "roughness": 0.3},
+    "milk": {"type": "principled", "transmission": 0.5, "roughness": 0.3},
     "leaf": {"type": "principled", "diffuse_transmission": 0.6},
     "half open": {"color": [0.5, 0.5, 0.5], "opacity": 0.5},
     "ember": {"color": [0.0, 0.0, 0.0], "emission": [3.0, 1.0, 0.2]},
@@ -119,6 +121,41 @@ def lens_camera(raycam: Any, lens: str) -> Any:
     return raycam.Camera(K, pose.R, pose.C, size=SIZE, distortion=LENSES[lens], model=lens)
 
 
+def textured_pictures(raycam: Any, camera: Any) -> Iterator[tuple[str, Picture]]:
+    """Magnified, minified, blended and emissive textures and normal maps, through narrow and wide lenses."""
+    import numpy as np
+
+    noise = np.random.default_rng(0).integers(0, 256, (512, 512, 4)).astype(np.uint8)
+    blue = np.array([0, 0, 1]) * 255
+    bumps = (0.8 * blue + 0.2 * noise[..., :3]).astype(np.uint8)
+    wide = raycam.Camera.look_at([0, -2, 1.5], [0, 0, 0], size=SIZE, fov=130)
+    cameras = {"narrow": camera, "wide": wide, "fisheye": lens_camera(raycam, "fisheye")}
+    surfaces: dict[str, dict[str, Any]] = {
+        "magnified": {"texture": noise[:4, :4, :3].copy()},
+        "minified": {"texture": noise[..., :3].copy()},
+        "blended": {"texture": noise, "alpha": "blend"},
+        "emissive": {"textures": {"emission": noise[..., :3].copy()}, "emission": [1.0, 1.0, 1.0]},
+        "bumpy metal": {
+            "type": "principled",
+            "metallic": 1.0,
+            "roughness": 0.1,
+            "textures": {"normal": bumps},
+        },
+    }
+    for name, surface in surfaces.items():
+        world = raycam.World()
+        world.add_object(plane={"size": [8, 8]}, **surface)
+        world.add_light(LIGHTS["gradient"][0])
+        for lens, view in cameras.items():
+            for integrator in ("flat", "path"):
+                yield (
+                    f"texture {name}, {lens}, {integrator}",
+                    lambda w=world, c=view, i=integrator: raycam.render(
+                        w, c, integrator=i, samples=SAMPLES, channels="all"
+                    ),
+                )
+
+
 def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[str, Picture]]:
     """The list: a name, and a function that renders the picture."""
     import path_raycam
@@ -149,6 +186,7 @@ def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[st
                 w, camera, integrator="path", samples=SAMPLES, filter="blackman-harris"
             ),
         )
+    yield from textured_pictures(raycam, camera)
     world = table(raycam, MATERIALS["lecture"], LIGHTS["several"])
     for lens in LENSES:
         yield (
@@ -196,7 +234,7 @@ def noise_option(raycam: Any) -> dict[str, float]:
     import inspect
 
     known = inspect.signature(raycam.render).parameters
-    return {"noise_threshold" if "noise_threshold" in known else "noise": 0.05}
+    return {"noise_threshold" if "noise_threshold" in known else "noise": 0.005}
 
 
 def digest(frame: Any) -> dict[str, str]:

@@ -49,7 +49,7 @@ def test_a_missing_package_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) 
     assert "missing; for video files: pip install 'raycam[video]'" in doctor.doctor()
 
 
-def test_it_notices_a_wrong_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_image_fails_the_self_test(monkeypatch: pytest.MonkeyPatch) -> None:
     def off_by_one(*args: object, **keys: object) -> raycam.Frame:
         frame = raycam.render(*args, **keys)  # type: ignore[arg-type]
         if keys["integrator"] == "flat":

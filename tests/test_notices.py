@@ -52,7 +52,7 @@ def test_loading_warns_at_the_line_that_loads(odd_obj: Path, heard: list[warning
     assert heard[0].lineno == line_of("loads")
 
 
-def test_adding_warns_of_what_is_added_alone(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+def test_adding_warns_only_about_the_added_part(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
     world = raycam.load(odd_obj)
     heard.clear()
     world.add_object(mesh=odd_obj, name="again")  # adds

@@ -134,7 +134,7 @@ def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
         disparity(world, left, eye(0.1))
 
 
-def test_worlds_must_be_of_the_same_triangles() -> None:
+def test_flow_requires_equal_objects_and_triangles() -> None:
     world = room()
     other = room()
     other.add_object(box={"size": 1})
@@ -242,9 +242,7 @@ def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
-def test_flow_to_a_picture_that_is_read_line_by_line(
-    direction: raycam.camera._optics.Readout, moving: bool
-) -> None:
+def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readout, moving: bool) -> None:
     """Which line sees a point depends on where it is then: solved here for each point by SciPy."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4, direction=direction)

@@ -206,7 +206,7 @@ def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, dir
         assert found.on_surface.mean() > 0.999
 
 
-def test_points_of_triangles_and_what_cannot_be(tmp_path: Path) -> None:
+def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
     world = crates()
     corners = world.triangles(1)
     found = keypoints(world, cameras()["lens"], [[0.2, 0.3, 0.5]], [1], triangles=[4])

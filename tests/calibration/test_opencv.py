@@ -327,7 +327,7 @@ def test_numbers_that_are_none_are_named(tmp_path: Path, ending: str) -> None:
         raycam.load_cameras(file, size=SIZE)
 
 
-def test_arrays_of_numpy_in_yaml_and_old_pickles_are_named(tmp_path: Path) -> None:
+def test_numpy_arrays_in_yaml_and_pickles_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(yaml.dump({"camera_matrix": K, "dist": np.array(BROWN)}))
     with raises(FormatError, code="unsupported_feature", mentions=["NumPy"]):
         raycam.load_cameras(tmp_path / "a.yaml")

@@ -123,7 +123,7 @@ def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
         (np.vstack([np.eye(3, 4), [[0, 0, 1, 1]]]), fault("syntax", ".txt:")),
     ],
 )
-def test_what_is_no_pose_is_refused(tmp_path: Path, matrix: Any, reason: Fault) -> None:
+def test_matrices_that_are_not_poses_are_refused(tmp_path: Path, matrix: Any, reason: Fault) -> None:
     for file in (tmp_path / "a.txt", tmp_path / "lines.txt"):
         file.write_text(rows(matrix) if file.stem == "a" else lines([np.eye(4), matrix]))
         with raises(FormatError, **reason):

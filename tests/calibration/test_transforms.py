@@ -119,7 +119,7 @@ def test_panoramas_with_other_numbers_are_told(tmp_path: Path, fl_x: float, told
 
 
 @pytest.mark.parametrize("model", ["ORTHOPHOTO", "VR180_L", "OMNIDIRECTIONALSTEREO_R"])
-def test_what_has_no_lens_is_refused_by_name(tmp_path: Path, model: str) -> None:
+def test_unsupported_camera_models_are_refused(tmp_path: Path, model: str) -> None:
     keys: dict[str, Any] = {"w": 800, "h": 400, "fl_x": 400, "fl_y": 400, "cx": 400, "cy": 200}
     with raises(FormatError, code="syntax", mentions=[model]):
         raycam.load_cameras(nerf(tmp_path / "a.json", camera_model=model, **keys))

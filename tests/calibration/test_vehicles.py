@@ -162,7 +162,7 @@ def test_waymo(tmp_path: Path, shape: str) -> None:
     np.testing.assert_allclose(made.project(points @ R + C)[0], expected, atol=1e-8)
 
 
-def test_files_of_these_sets_that_are_not_read_are_named(tmp_path: Path) -> None:
+def test_unsupported_files_of_vehicle_data_sets_are_refused(tmp_path: Path) -> None:
     (tmp_path / "intrinsics.feather").write_bytes(b"ARROW1\0\0" + bytes(64))
     with raises(FormatError, code="unsupported_feature", mentions=["to_csv"]):
         raycam.load_cameras(tmp_path / "intrinsics.feather")

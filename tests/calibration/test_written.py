@@ -208,7 +208,7 @@ def test_the_files_of_splits(tmp_path: Path) -> None:
     assert len(table["train_filenames"]) == 2
 
 
-def test_formats_that_are_only_read_say_so(tmp_path: Path) -> None:
+def test_writing_a_format_that_is_only_read_raises(tmp_path: Path) -> None:
     assert "metashape" not in WRITTEN_FORMATS
     with raises(FormatError, code="cannot_write", mentions=["metashape"]):
         raycam.save_cameras(tmp_path / "a", {"a": camera("pinhole", 0)}, "metashape")

@@ -213,7 +213,7 @@ def test_every_name_of_css_is_known() -> None:
 
 
 @pytest.mark.parametrize("color", [[200, 60, 40], [0, 0, 2], (255, 255, 255), [128, 0, 1.0]])
-def test_bytes_as_colors_say_how_bytes_are_written(color: object) -> None:
+def test_integer_colors_raise_with_the_hexadecimal_form(color: object) -> None:
     hexed = "#{:02x}{:02x}{:02x}".format(*(int(value) for value in color))  # type: ignore[attr-defined]
     world = raycam.World()
     with raises(raycam.WorldError, mentions=[hexed]):

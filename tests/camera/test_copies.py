@@ -152,7 +152,7 @@ def test_a_quaternion_is_its_rotation_vector(order: str, direction: str) -> None
 
 
 @pytest.mark.parametrize("name", ["from_opengl", "from_transform", "from_x_forward"])
-def test_pose_and_size_stand_in_either_order(name: str) -> None:
+def test_pose_and_size_are_accepted_in_either_order(name: str) -> None:
     make = getattr(raycam.Camera, name)
     pose = np.array([[0, 0, 1, 4], [1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 0, 1.0]])
     size = (640, 480)

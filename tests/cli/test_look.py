@@ -133,7 +133,7 @@ def test_shadows_on_a_clear_background(folder: Path) -> None:
         assert (dark.sum() > 200) == (ground != ""), "the shadow is dark and half transparent"
 
 
-def test_all_of_a_motion_is_framed(folder: Path) -> None:
+def test_the_camera_shows_the_whole_motion(folder: Path) -> None:
     Path("moves.toml").write_text(
         """
         [[object]]

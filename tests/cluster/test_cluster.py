@@ -105,7 +105,7 @@ def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])
-def test_strange_places_are_named(where: object) -> None:
+def test_invalid_worker_addresses_are_refused(where: object) -> None:
     with raises(SettingsError, mentions=[where]) as caught:
         make_pool(where)  # type: ignore[arg-type]
     assert caught.value.code == ("invalid_value" if isinstance(where, str) else "wrong_type")

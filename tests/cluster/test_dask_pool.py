@@ -61,7 +61,7 @@ def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: module.Dask
     poison(tmp_path, dask_pool, frames=8, number=3)
 
 
-def test_processes_that_dask_gives_up_are_started_anew(tmp_path: Path) -> None:
+def test_closed_dask_nannies_are_restarted(tmp_path: Path) -> None:
     # A nanny ends when a process does not start in time, as on a machine under heavy load.
     async def end(pool: module.DaskPool) -> None:
         for nanny in pool._cluster.workers.values():

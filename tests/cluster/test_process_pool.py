@@ -50,7 +50,7 @@ def expected(tmp_path: Path) -> dict[str, bytes]:
     return results(tmp_path / "expected")
 
 
-def test_many_make_the_bytes_of_one_while_they_are_killed_and_stopped(
+def test_killed_and_stopped_workers_do_not_change_the_bytes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)

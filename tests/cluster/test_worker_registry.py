@@ -99,9 +99,7 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
         engine.close()
 
 
-def test_those_that_cannot_make_frames_get_none_and_are_told_of(
-    tmp_path: Path, engine: Engine, pool: DaskPool
-) -> None:
+def test_unusable_workers_get_no_frames_and_a_notice(tmp_path: Path, engine: Engine, pool: DaskPool) -> None:
     engine.workers += [engine.join(NO_RAYCAM), engine.join(OTHER_VERSION)]
     wait_for(pool, 2)
     job = Job(tmp_path, package())

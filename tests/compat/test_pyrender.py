@@ -116,7 +116,7 @@ def test_segmentation_shows_the_nodes_of_the_map_alone() -> None:
     assert renderer.render(made, flags=flags.DEPTH_ONLY)[24, 31] == 2.0
 
 
-def test_backs_are_cut_away_and_planes_cut() -> None:
+def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
     flags = pyrender.RenderFlags
     for sides, flag, expected in ((False, 0, 3.5), (True, 0, 2.5), (False, flags.SKIP_CULL_FACES, 2.5)):
         material = pyrender.MetallicRoughnessMaterial(doubleSided=sides)

@@ -253,7 +253,7 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
         viewer.save_gif()
 
 
-def test_whole_numbers_that_look_like_parts_of_one_are_told() -> None:
+def test_integer_colors_in_0_to_1_give_a_notice() -> None:
     with warns(raycam.Notice, code="implausible", mentions=["[1, 1", "255"]):
         light = pyrender.DirectionalLight(color=[1, 1, 1])
     assert light.color.tolist() == [np.float32(1 / 255)] * 3

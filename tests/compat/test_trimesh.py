@@ -147,7 +147,7 @@ def test_any_mesh_with_vertices_and_faces() -> None:
     assert caster.intersects_first([[0, 0, 0]], [[0, 0, 1]]).tolist() == [-1]
 
 
-def test_names_of_trimesh_that_are_not_here_say_the_way_on() -> None:
+def test_unsupported_names_of_trimesh_raise_with_an_alternative() -> None:
     for name in ("load", "creation", "Trimesh"):
         with raises(AttributeError, mentions=[name, "raycam.load(path)"]):
             getattr(compat, name)

@@ -24,7 +24,7 @@ COMMANDS = [
 ]
 
 
-def test_there_are_quick_starts() -> None:
+def test_data_functions_return_worlds_cameras_and_files() -> None:
     assert len(COMMANDS) >= 6
 
 

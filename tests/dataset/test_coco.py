@@ -52,7 +52,7 @@ def test_coco(tmp_path: Path, segmentation: str) -> None:
     assert sorted(ids) == list(range(1, len(ids) + 1))
 
 
-def test_coco_keypoints_follow_what_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
+def test_coco_keypoints_follow_deforming_meshes_with_a_rolling_shutter(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.3)

@@ -56,7 +56,7 @@ REFUSED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("code", REFUSED)
-def test_what_spoils_the_picture_is_refused_by_its_code(tmp_path: Path, code: str) -> None:
+def test_faults_that_affect_the_image_are_refused_with_their_code(tmp_path: Path, code: str) -> None:
     document = Document()
     document.node(mesh=document.square())
     REFUSED[code](document)

@@ -51,7 +51,7 @@ def packed() -> dict[str, bytes]:
 
 @pytest.mark.parametrize("kind", TEXTS)
 @pytest.mark.parametrize("packing", ["gzip", "ZIP", "bzip2", "XZ", "tar"])
-def test_a_packed_file_is_said_to_be_packed(tmp_path: Path, kind: str, packing: str) -> None:
+def test_packed_files_are_refused_with_their_format(tmp_path: Path, kind: str, packing: str) -> None:
     path = tmp_path / f"a.{kind}"
     path.write_bytes(packed()[packing])
     with raises(raycam.FormatError, mentions=[path.name, packing]):
@@ -75,7 +75,7 @@ def picture(kind: str) -> bytes:
         (b"PXR-USDC\0", "USD"),
     ],
 )
-def test_a_file_of_another_kind_is_called_by_its_own(tmp_path: Path, content: bytes, name: str) -> None:
+def test_files_of_another_format_are_refused_with_its_name(tmp_path: Path, content: bytes, name: str) -> None:
     for kind in TEXTS:
         path = tmp_path / f"a.{kind}"
         path.write_bytes(content)

@@ -58,7 +58,7 @@ def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pyte
     assert len(ids) == 1
 
 
-def test_other_bytes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_packages_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     package = JobPackage("video", 7, {}, world())
     with raises(raycam.FormatError, code="damaged_job"):
         JobPackage.from_bytes(package.to_bytes() + b"x", "p", package.id)

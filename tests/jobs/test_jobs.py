@@ -133,7 +133,7 @@ def test_frames_that_fail_are_told_and_the_others_are_finished(
     assert Job(tmp_path / "a").status().failed == {}
 
 
-def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
+def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     tmp_path: Path, whole: dict[str, bytes]
 ) -> None:
     job = Job(tmp_path / "a", package())
@@ -190,7 +190,7 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     assert results(folder) == whole
 
 
-def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -> None:
     job = Job(tmp_path / "a", package())
     job.run(Pool())
     index, film = tmp_path / "a/lists/index.json", tmp_path / "a.mp4"

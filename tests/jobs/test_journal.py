@@ -57,7 +57,7 @@ def damaged(path: Path) -> list[int]:
     return [place for place, entry in journal.read(path) if entry is None]
 
 
-def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> None:
+def test_invalid_journal_lines_are_ignored_and_blanked(path: Path) -> None:
     right = path.read_bytes()
     nonsense = b'\0\0\0\0\n[]\n{"frame": "x", "files": {}}\n{"frame": 4}\n{"frame": 4, "files": {"a": 3}}\n'
     path.write_bytes(nonsense + right + b'{"fra')

@@ -152,7 +152,7 @@ def test_a_worker_that_is_not_fit_costs_a_frame_nothing() -> None:
     assert pool.attempts == {frame: 10 if frame % 2 else 1 for frame in range(6)}
 
 
-def test_a_frame_that_kills_three_workers_is_given_up() -> None:
+def test_a_frame_that_kills_three_workers_fails() -> None:
     pool = Pool(lambda frame, _: WorkerDied("signal SIGSEGV") if frame == 4 else "x")
     found = outcomes(pool, range(9))
     assert failed(found) == {4: "3 workers died of it, the last: WorkerDied: signal SIGSEGV"}
@@ -165,7 +165,7 @@ def test_deaths_that_pass_are_no_ones_fault() -> None:
     assert failed(outcomes(pool, range(30))) == {}
 
 
-def test_where_blame_is_uncertain_suspects_are_tried_alone() -> None:
+def test_suspected_frames_are_tried_alone() -> None:
     # A death takes every frame that is under way with it, as in a broken process pool.
     pool = Pool(lambda *_: None, slots=3)
     kills = Counter[int]()

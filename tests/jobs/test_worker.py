@@ -63,7 +63,7 @@ def test_a_package_may_come_along(tmp_path: Path) -> None:
     assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and is kept
 
 
-def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_and_foreign_packages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = package()
     with raises(PackageNotFound, mentions=[one.id[:12], "nowhere"]):
         render_frame(FrameTask(one.id, "nowhere", 1))

@@ -74,7 +74,7 @@ def test_an_id_has_its_colour_in_every_picture() -> None:
     assert together[1:].max(axis=1).min() > 100
 
 
-def test_viridis_is_that_of_matplotlib() -> None:
+def test_viridis_equals_matplotlib() -> None:
     colormaps = pytest.importorskip("matplotlib").colormaps
     values = np.linspace(0, 1, 256, dtype=np.float32)[np.newaxis]
     shown = channel_picture("coverage", values)[0] / 255

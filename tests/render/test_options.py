@@ -122,7 +122,7 @@ def test_unknown_options_are_refused_with_the_option_that_was_meant(
 
 
 @pytest.mark.parametrize("name", ["size", "resolution", "lights", "output", "background_color"])
-def test_options_of_other_programs_are_refused_with_the_way_of_raycam(name: str, world: raycam.World) -> None:
+def test_options_of_other_programs_are_refused_with_raycams_option(name: str, world: raycam.World) -> None:
     hint = dict(raycam._core.foreign_terms("render"))[name]  # type: ignore[attr-defined]
     with raises(raycam.SettingsError, code="unknown_key", mentions=[hint]):
         raycam.render(world, **{name: 1})  # type: ignore[arg-type]

@@ -31,7 +31,7 @@ def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) ->
 
 @pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])
 @pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
-def test_a_camera_that_sees_nothing(channels: Any, integrator: str) -> None:
+def test_a_camera_that_shows_nothing_gives_a_notice(channels: Any, integrator: str) -> None:
     assert "nothing_visible" in codes_of(lit_world(), AWAY, channels=channels, integrator=integrator)
     assert said(lit_world(), CAMERA, channels=channels, integrator=integrator) == ""
 

@@ -194,7 +194,7 @@ def test_normals_turn_with_the_joints(tmp_path: Path) -> None:
     np.testing.assert_allclose(frame["shading_normal"][seen], frame["normal"][seen], atol=1e-4)
 
 
-def test_weights_that_do_not_fit_are_said(tmp_path: Path) -> None:
+def test_weights_of_wrong_size_give_a_notice(tmp_path: Path) -> None:
     made = arm(tmp_path / "a.usda", "joints")
     binding = UsdSkel.BindingAPI(made.GetPrimAtPath("/root/strip"))
     binding.GetJointWeightsPrimvar().Set(Vt.FloatArray([1.0, 0.0]))

@@ -32,7 +32,7 @@ def decoded(path: Path, components: int) -> list[np.ndarray]:
 @pytest.mark.parametrize(
     "row", CODECS, ids=lambda row: f"{row[0][1:]}{'-lossless' * row[1]}{'-alpha' * row[2]}"
 )
-def test_pictures_come_back(tmp_path: Path, row: tuple[str, bool, bool]) -> None:
+def test_decoded_gif_equals_the_images(tmp_path: Path, row: tuple[str, bool, bool]) -> None:
     ending, lossless, alpha = row
     rng = np.random.default_rng(3)
     components = 4 if alpha else 3

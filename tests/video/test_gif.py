@@ -21,7 +21,7 @@ RANDOM = np.random.default_rng(3)
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 48), (130, 90)])
 @pytest.mark.parametrize("kind", ["even", "gradient", "noise"])
-def test_pictures_come_back(size: tuple[int, int], kind: str) -> None:
+def test_decoded_gif_equals_the_images(size: tuple[int, int], kind: str) -> None:
     width, height = size
     pictures = []
     for number in range(3):

@@ -91,7 +91,7 @@ def test_the_end_does_not_wait_for_long_and_stops_films(
     assert len(slow.begun) == 1
 
 
-def test_a_fault_is_told_and_the_next_answer_is_made(
+def test_an_error_is_reported_and_the_next_answer_is_computed(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done: list[int] = []

@@ -40,7 +40,7 @@ def status(path: str, headers: Request, allowed: tuple[str, ...] = ()) -> int:
 @pytest.mark.parametrize(
     "host", [OWN, "localhost", "localhost:9000", "LOCALHOST:1", "[::1]:7421", "127.0.0.1"]
 )
-def test_pages_are_given_to_this_machine(path: str, host: str) -> None:
+def test_pages_are_served_to_this_machine(path: str, host: str) -> None:
     assert status(path, page(Host=host)) == 200
 
 

@@ -167,7 +167,7 @@ def assert_ended(client: Client) -> None:
         ({"subprotocols": None}, 401),
     ],
 )
-def test_strangers_are_refused(
+def test_requests_without_a_token_are_refused(
     server: Server, open_socket: Open, changed: dict[str, Any], status: int
 ) -> None:
     with pytest.raises(InvalidStatus) as refused:

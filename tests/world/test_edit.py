@@ -270,7 +270,7 @@ def test_a_refusal_changes_nothing(name: str) -> None:
         assert "cup" in str(caught.value)
 
 
-def test_objects_are_read_only_and_say_how_they_change() -> None:
+def test_objects_are_read_only_and_errors_name_the_method() -> None:
     thing = built(floor(), cup()).objects[1]
     for assign in (
         lambda: setattr(thing, "matrix", np.eye(4)),

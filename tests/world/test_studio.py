@@ -19,7 +19,7 @@ def bare(up: Literal["z", "y"] = "z", scale: float = 1.0) -> raycam.World:
 
 @pytest.mark.parametrize("up", ["z", "y"])
 @pytest.mark.parametrize("scale", [1.0, 1e-4, 1e5])
-def test_a_bare_world_stands_on_a_soft_shadow(up: Literal["z", "y"], scale: float) -> None:
+def test_a_world_without_lights_has_a_soft_shadow(up: Literal["z", "y"], scale: float) -> None:
     world = bare(up, scale)
     frame = raycam.render(world)
     assert any(notice.code == "studio" for notice in frame.notices)

@@ -37,7 +37,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--report",
         metavar="HTML",
-        help="page with maps, each photograph's fit, and photographs beside the textured model",
+        help="page with maps, each photograph's fit, and photographs next to the textured model",
     )
     command.add_argument(
         "--method",

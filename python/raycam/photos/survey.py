@@ -50,7 +50,7 @@ class ViewedPhotograph:
         self._edges: DepthEdges | None = None
 
     def pyramid(self) -> Pyramid:
-        """The photograph with its halvings."""
+        """The photograph at full, half, quarter, ... size."""
         if self._pyramid is None:
             self._pyramid = Pyramid(self._source.read(self._name, self.camera))
         return self._pyramid

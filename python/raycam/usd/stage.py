@@ -38,7 +38,7 @@ class Role(Enum):
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What is read of a stage."""
+    """Selects which parts of a stage are read."""
 
     time: float | None
     """The time in seconds; None for the first one."""

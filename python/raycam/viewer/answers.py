@@ -55,7 +55,7 @@ class Answers:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
     def close(self) -> None:
-        """Leaves everything. Films are stopped and take their files away; for the rest it waits for `GRACE` at most."""
+        """Stops all answers: videos are cancelled and their files removed; for the others, it waits up to `GRACE`."""
         with self._changed:
             self._ends, self._waiting = True, []
             for session in self._busy:

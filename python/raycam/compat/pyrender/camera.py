@@ -102,10 +102,9 @@ class PerspectiveCamera(Camera):
 
 
 class OrthographicCamera(Camera):
-    """A camera of parallel rays that sees 2 `ymag` from top to bottom.
+    """A camera with parallel rays whose image is 2 `ymag` high.
 
-    Across it sees what the shape of the image makes of that, as in pyrender; 2 `xmag` is across an image without a
-    size alone.
+    As in pyrender, the image's width follows from its aspect ratio; `xmag` is only used if the size is unknown.
     """
 
     znear = Converted(number("znear", 0, above=True))
@@ -125,7 +124,7 @@ class OrthographicCamera(Camera):
         self.xmag, self.ymag = xmag, ymag
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """The matrix [4, 4] from camera to clip coordinates, across by `xmag` where no size is given."""
+        """Returns the matrix [4, 4] from camera to clip coordinates; without a size, the width is 2 `xmag`."""
         if width is not None and height is not None:
             return super().get_projection_matrix(width, height)
         matrix = super().get_projection_matrix()

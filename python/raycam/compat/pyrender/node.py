@@ -30,10 +30,10 @@ def _kept(what: str, kind: type) -> Converted:
 
 
 class Node:
-    """A place relative to its parent, and what is there.
+    """A node of the scene graph: a pose relative to its parent, with a mesh, camera or light.
 
-    It is given by a matrix, or by translation, rotation (x, y, z, w) and scale. A matrix is kept as it is, with mirrors
-    and shear.
+    The pose is a matrix, or translation, rotation (x, y, z, w) and scale. A matrix is stored unchanged, including
+    mirroring and shear.
     """
 
     name = Converted(text)

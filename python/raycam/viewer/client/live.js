@@ -4,11 +4,11 @@ import { byId, fillSelect } from "./dom.js";
 import { lengthOf, minus } from "./core/vectors.js";
 import { grouped, sixDigits } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
-import { lensFor, linkText, seenOf } from "./link.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
 import { LookControls } from "./panel/look.js";
+import { ViewLink } from "./panel/view_link.js";
 import { PoseControls } from "./panel/pose.js";
 import { ScriptControls } from "./panel/script.js";
 import { Timeline } from "./panel/timeline.js";
@@ -68,10 +68,7 @@ export class LiveView {
     this.down = new Set();
     this.flying = 0;
     this.waiting = 0;
-    /** The lens of the camera, as the server describes it. @type {import("./panel/lens.js").Lens | null} */
-    this.ownLens = null;
-    /** The pixel of a link, until the image is there. @type {number[] | null} */
-    this.linked = null;
+    this.link = new ViewLink(this);
     /** @type {string[]} */
     this.cameras = [];
     /** The camera that was looked through last. */
@@ -87,7 +84,7 @@ export class LiveView {
     for (const format of /** @type {const} */ (["python", "toml", "command", "opencv", "colmap"])) {
       byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
     }
-    byId("copy-link", HTMLButtonElement).addEventListener("click", () => this.copyLink());
+    byId("copy-link", HTMLButtonElement).addEventListener("click", () => this.link.copy());
     byId("film", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "film", seconds: 4, degrees: 360 }));
     byId("film-time", HTMLButtonElement).addEventListener("click", () => {
       client.transport.send({ type: "film", seconds: Math.min(Math.max(this.timeline.seconds, 0.1), LONGEST_FILM), degrees: 0 });
@@ -132,7 +129,7 @@ export class LiveView {
     if (message.type === "picture") this.showStatus(message);
     if (message.type === "welcome" || message.type === "picture") this.awaitPicture(message.type === "welcome" || Boolean(message.moving));
     if (message.type === "picture") this.timeline.next();
-    if (message.type === "picture" && !message.moving && message.channel === this.client.channel) this.holdLinked();
+    if (message.type === "picture" && !message.moving && message.channel === this.client.channel) this.link.holdPixel();
     if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "values" && this.client.held) this.measureTo(message);
     if (message.type === "controls") this.script.show(message.controls);
@@ -152,7 +149,7 @@ export class LiveView {
   showCamera({ name, lens, pose }) {
     this.camera.value = name;
     this.looked = name || this.looked;
-    if (lens) this.lens.show((this.ownLens = lens));
+    if (lens) this.lens.show((this.link.lens = lens));
     if (pose) this.pose.show(pose);
   }
 
@@ -163,7 +160,7 @@ export class LiveView {
   begin({ overlay, triangles }) {
     this.client.transport.send({ type: "visible", visible: !document.hidden });
     this.world.begin(overlay);
-    this.followLink();
+    this.link.follow();
     const count = triangles === undefined ? "" : `${grouped(triangles)} ${triangles === 1 ? "triangle" : "triangles"}`;
     byId("status-world", HTMLElement).textContent = count;
   }
@@ -206,57 +203,6 @@ export class LiveView {
     } catch {
       this.client.say(text, "notice", true);
     }
-  }
-
-  /** Copies the address that shows the same in another browser. */
-  copyLink() {
-    const { client, timeline, navigator: { camera } } = this;
-    const { transport, controls: { display }, held, picture } = client;
-    const lens = this.ownLens;
-    if (!("addressOf" in transport) || !camera || !lens) return client.say("Links are for views that a server shows.", "notice");
-    const { fx, fy, cx, cy, distortion, size } = lens;
-    const text = linkText({
-      camera: this.looked, free: !this.camera.value, R: [...camera.R], C: [...camera.C], focal: camera.K[0], pivot: [...camera.pivot],
-      lens: [fx, fy, cx, cy, ...distortion], size, channel: client.channel, exposure: display.exposure, view: display.view,
-      time: Number(timeline.slider.value), animation: timeline.animation.value, variant: timeline.variant.value,
-      integrator: this.integrator.value,
-      pixel: held && [(held.column + 0.5) / picture.width, (held.row + 0.5) / picture.height],
-    });
-    this.copied(/** @type {any} */ (transport).addressOf(text));
-  }
-
-  /** Shows what the link of the page's address shows, once. */
-  followLink() {
-    const { client, timeline } = this;
-    const { transport, controls } = client;
-    const given = "link" in transport ? transport.link : null;
-    if (!given) return;
-    /** @type {any} */ (transport).link = null;
-    const seen = seenOf(/** @type {string} */ (given));
-    if (!seen) return client.say("The link is damaged: this is the first view.", "error");
-    if (seen.variant !== timeline.variant.value) transport.send({ type: "variant", name: seen.variant });
-    if (timeline.seconds) transport.send({ type: "time", t: seen.time, animation: seen.animation });
-    if (this.cameras.includes(seen.camera)) this.lookThrough(seen.camera);
-    if (seen.free) {
-      const [fx, fy, cx, cy, ...distortion] = this.cameras.includes(seen.camera) ? seen.lens : lensFor(seen, this.ownLens?.size || seen.size, this.ownLens?.corner || 0);
-      const { R, C, focal, pivot } = seen;
-      transport.send({ type: "lens", fx, fy, cx, cy, distortion });
-      transport.send({ type: "move", seq: ++this.navigator.seq, R, C, fx: focal, pivot });
-    }
-    if (seen.integrator !== this.integrator.value) this.setIntegrator(seen.integrator);
-    controls.setExposure(seen.exposure);
-    controls.setView(seen.view);
-    client.setChannel(seen.channel);
-    this.linked = seen.pixel;
-  }
-
-  /** Holds the pixel of the link, once the image is there. */
-  holdLinked() {
-    if (!this.linked) return;
-    const { picture } = this.client;
-    const [column, row] = [Math.floor(this.linked[0] * picture.width), Math.floor(this.linked[1] * picture.height)];
-    this.linked = null;
-    if (column >= 0 && row >= 0 && column < picture.width && row < picture.height) this.client.hold({ column, row });
   }
 
   resized() {
@@ -403,7 +349,7 @@ export class LiveView {
       tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
       redo: () => client.transport.send({ type: "redo" }),
-      "copy-link": () => this.copyLink(),
+      "copy-link": () => this.link.copy(),
       play: () => this.timeline.play(!this.timeline.playing),
       frame: (steps) => this.timeline.step(Number(steps)),
       drive: () => {

@@ -67,7 +67,7 @@ class OffscreenRenderer:
     def render(
         self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None
     ) -> Any:
-        """The image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 where nothing is.
+        """Returns the image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 for the background.
 
         With `DEPTH_ONLY` the depth alone. With `SEG` each node of `seg_node_map` in its colour, and nothing else.
         Raises `ValueError` for a scene without a camera.
