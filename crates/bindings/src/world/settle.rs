@@ -20,6 +20,8 @@ fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics 
 
 /// Attempts, steps, penetration and motion of objects at rest, and their world_from_mesh.
 type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
+/// The code and the message of an error.
+type Fault = (&'static str, String);
 
 /// The moving objects at rest, or else the code and the message of the error. `target` are objects, and true if bodies must
 /// lie within their sides.
@@ -33,7 +35,7 @@ pub(crate) fn world_settle(
     seed: u64,
     seconds: f64,
     gravity: f64,
-) -> PyResult<(Option<SettledParts>, Option<(&'static str, String)>)> {
+) -> PyResult<(Option<SettledParts>, Option<Fault>)> {
     let inner = world.get().snapshot();
     let request = Request {
         moving,

@@ -96,7 +96,8 @@ fn bad_files_are_told_with_line_or_byte() {
 fn text_with_odd_lines_is_read_with_a_notice() {
     use NoticeCode::{IgnoredKey, InvalidFile, TruncatedData};
     let whole = mesh("a.stl", ascii("a"));
-    let cases: [(&str, &str, &[(NoticeCode, &str)]); 18] = [
+    type Noticed = [(NoticeCode, &'static str)];
+    let cases: [(&str, &str, &Noticed); 18] = [
         ("endloop", "end loop", &[]),
         ("endfacet", "END FACET", &[]),
         ("endsolid a", "endsolida", &[]),

@@ -83,7 +83,7 @@ impl Builder<'_, '_> {
         const ROUNDING: f64 = 1e-6;
         const CODE: &str = "KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES";
         let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
-        if !(outer > 0.0) {
+        if outer.is_nan() || outer <= 0.0 {
             let message = format!("{place}.spot.outerConeAngle: {outer}, expected more than 0 ({CODE})");
             return Err(self.document.fault(message));
         }
