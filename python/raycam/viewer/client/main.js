@@ -18,6 +18,7 @@ const PAGE_MOUSE =
 
 /** @param {SocketTransport | FrameTransport | WorkerTransport} transport */
 function openLive(transport) {
+  document.body.classList.add("live"); // the panels take their space before the size of the first image is told
   const client = new Client(transport);
   const live = new LiveView(client);
   transport.size = () => live.size();
