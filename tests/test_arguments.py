@@ -283,7 +283,7 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "to_gltf": (world.to_gltf, {"path": folder / "a.glb"}),
         "load": (
             raycam.load,
-            {"path": folder / "moving.toml", "texture_memory": 1 << 20, "folder": folder},
+            {"source": folder / "moving.toml", "texture_memory": 1 << 20, "folder": folder},
         ),
         "save_cameras": (
             raycam.save_cameras,

@@ -328,7 +328,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "folder.ply").mkdir()
     with raises(OSError, code="file_unreadable", mentions=["folder.ply"]):
         raycam.load(tmp_path / "folder.ply")
-    (tmp_path / "a.xyz").write_text("")
+    (tmp_path / "a.xyz").write_text("x")
     with raises(raycam.FormatError, code="unknown_format", mentions=[".toml"]):
         raycam.load(tmp_path / "a.xyz")
     for ending in (".toml", ".obj", ".ply", ".stl", ".off"):

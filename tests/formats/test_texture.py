@@ -73,7 +73,7 @@ def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, ti
     header["type"] = OpenEXR.tiledimage if tile else OpenEXR.scanlineimage
     OpenEXR.File(header, {"RGB": stored}).write(str(tmp_path / "a.exr"))
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
-        expected = file.channels()["RGB"].pixels.astype(np.float32)
+        expected = file.channels()["RGB"].pixels.astype(np.float32).clip(0)  # lossy: a value falls below 0
     table = {"plane": {"size": 2}, "texture": {"image": "a.exr", "filter": "nearest"}}
     world = raycam.World.from_dict({"object": table}, folder=tmp_path)
     fov = np.degrees(2 * np.arctan(1e-3))

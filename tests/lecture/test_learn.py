@@ -35,7 +35,7 @@ def test_learn_writes_lecture_and_notebooks(
     assert cli.main(["learn", str(tmp_path / "course")]) == 0
     names = sorted(path.name for path in (tmp_path / "course").iterdir())
     assert "lecture.html" in names
-    assert sum(name.endswith(".ipynb") for name in names) == 6
+    assert sum(name.endswith(".ipynb") for name in names) == 7
     assert opened == [(tmp_path / "course" / "lecture.html").resolve().as_uri()]
     page = (tmp_path / "course" / "lecture.html").read_text(encoding="utf-8")
     assert "make web" in page

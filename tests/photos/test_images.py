@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import raycam
-from PIL import Image
+from PIL import Image, ImageOps
 from raycam.notices import collected
 from raycam.photos.images import PhotoSource, Pyramid
 from raycam.srgb import linear_from_srgb
@@ -49,17 +49,18 @@ def test_exif_orientation_is_reported_and_pixels_are_used_as_they_lie(
         np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 
-def test_size_of_a_turned_photograph_names_the_orientation(tmp_path: Path) -> None:
+def test_orientation_is_applied_if_only_the_turned_photograph_has_the_size_of_the_camera(
+    tmp_path: Path,
+) -> None:
     exif = Image.Exif()
     exif[274] = 6
-    Image.fromarray(colors(12, 8)).save(tmp_path / "a.jpg", exif=exif)
-    with (
-        pytest.warns(raycam.Notice),
-        raises(
-            raycam.SettingsError, code="photograph_size", mentions=["a.jpg", "8 x 12", "12 x 8", "turned"]
-        ),
-    ):
-        read(tmp_path / "a.jpg")
+    Image.fromarray(colors(12, 8)).save(tmp_path / "a.jpg", exif=exif, quality=95, subsampling=0)
+    with collected() as notices:
+        found = read(tmp_path / "a.jpg")
+    assert notice_codes(notices) == ["applied_orientation"]
+    with Image.open(tmp_path / "a.jpg") as stored:
+        turned = np.asarray(ImageOps.exif_transpose(stored))
+    np.testing.assert_allclose(found[..., :3], linear(turned), atol=0.02)
 
 
 def test_photograph_of_another_size_is_refused(tmp_path: Path) -> None:

@@ -39,8 +39,9 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
         return sample(*arguments)
 
     monkeypatch.setattr(placement.PlacementSampler, "_try", count_tries)
-    with pytest.raises(WorldError, match="no room on ground: it needs"):
+    with pytest.raises(WorldError) as fault:
         build_recipe(size, count, gap).world(0)
+    assert "on ground" in str(fault.value)
     # Only the first of several things is tried; it finds a place soon, in each of the ten draws.
     assert tries < (1 if count == 1 else 10 * 1000)
 

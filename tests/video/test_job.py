@@ -221,7 +221,7 @@ def test_commands_of_jobs(
         assert run("video box.toml -o few --samples 1 --integrator flat --workers 2") == 0
     assert "raycam: notice: 1 of 2 workers were started" in capsys.readouterr().err
     assert run("status .") == 1
-    assert "no job is here" in capsys.readouterr().err
+    assert ".raycam/job.json" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0
     assert run("status a.gif") == 0  # the folder of the file that is being made
     assert "frames    4 of 8 finished" in capsys.readouterr().out

@@ -131,7 +131,7 @@ def test_two_saved_frames_become_a_page(
         (["w.toml", "b.npz"], "cannot be compared with w.toml"),
         (["w.toml", "--integrator", "pth"], "integrator"),
         (["missing.npz"], "missing.npz"),
-        (["w.npz"], "no .npz file of raycam"),
+        (["w.npz"], "w.npz"),
     ],
 )
 def test_what_cannot_be_viewed_is_told(

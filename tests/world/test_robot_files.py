@@ -101,7 +101,7 @@ def test_faulty_mesh_leaves_the_world_unchanged(tmp_path: Path) -> None:
     path = write_robot(tmp_path, "../a.stl", "../b.stl")
     world = raycam.World()
     world.add_object(box=1.0)
-    with raises(raycam.FormatError, code="syntax", mentions=["b.stl"]):
+    with raises(raycam.FormatError, code="truncated_file", mentions=["b.stl"]):
         world.add_robot(path)
     assert len(world.objects) == 1
     assert not world.robots

@@ -123,7 +123,7 @@ export interface Edit {
   value: boolean | number | string | number[];
 }
 
-/** Selects an object, and what is drawn on it: nothing, its outline, or also the handles of a tool. */
+/** Selects an object, and shows nothing, its outline, or its outline and the handles of a tool. */
 export interface Select {
   type: "select";
   number: number;
