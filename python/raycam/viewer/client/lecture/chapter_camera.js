@@ -175,7 +175,7 @@ export function buildNormal(fig) {
         corners: shared.corners.slice(9 * first, 9 * first + 9), colors: shared.colors.slice(first), faded: 0.85,
         patches: [{ corners: planePatch(middle, n), color: "plane", symbol: "n" }],
         strokes: [
-          { from: a, to: b, color: "edge", symbol: "b", text: "v₁ = b − a", arrow: true, width: 3 }, { from: a, to: c, color: "edge", symbol: "c", text: "v₂ = c − a", arrow: true, width: 3 },
+          { from: a, to: b, color: "edge", symbol: "b", text: "b − a", arrow: true, width: 3 }, { from: a, to: c, color: "edge", symbol: "c", text: "c − a", arrow: true, width: 3 },
           { from: a, to: plusTimes(a, 1, n), color: "n", symbol: "n", text: "n", arrow: true, width: 4 },
         ],
       };
@@ -187,8 +187,8 @@ export function buildNormal(fig) {
     const [v1, v2] = [minus(b, a), minus(c, a)];
     const n = cross(v2, v1);
     return [
-      [`v₁ = b − a = ${tuple(v1)}    v₂ = c − a = ${tuple(v2)}`],
-      [["n", `n = v₂ × v₁ = ${tuple(n, 3)}`], `    n · v₁ = ${fixed(dot(n, v1), 3)}    n · v₂ = ${fixed(dot(n, v2), 3)}    area = |n| / 2 = ${fixed(lengthOf(n) / 2, 3)}`],
+      [`b − a = ${tuple(v1)}    c − a = ${tuple(v2)}`],
+      [["n", `n = (c − a) × (b − a) = ${tuple(n, 3)}`], `    n · (b − a) = ${fixed(dot(n, v1), 3)}    n · (c − a) = ${fixed(dot(n, v2), 3)}    area = |n| / 2 = ${fixed(lengthOf(n) / 2, 3)}`],
     ];
   });
 }

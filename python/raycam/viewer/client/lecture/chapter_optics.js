@@ -131,7 +131,7 @@ export function buildShutter(fig) {
     },
   });
   fig.host.classList.add("double", "even");
-  fig.slider({ name: "speed", symbol: "C", min: -10, max: 10, step: 0.5, digits: 1, unit: " per s", get: () => speed, set: (value) => { speed = value; } });
+  fig.slider({ name: "speed", symbol: "C", min: -10, max: 10, step: 0.5, digits: 1, unit: " m/s", get: () => speed, set: (value) => { speed = value; } });
   fig.slider({ name: "readout", symbol: "t", min: 0, max: 60, step: 1, digits: 0, unit: " ms", get: () => readout, set: (value) => { readout = value; } });
   fig.readout(() => {
     const [, row] = shared.numbers.pixel;
@@ -139,7 +139,7 @@ export function buildShutter(fig) {
     const when = [["t", `row ${row} is read after ${row} / ${SIZE[1] - 1} · ${readout} ms = ${fixed((readout * row) / (SIZE[1] - 1), 1)} ms`]];
     if (!winner) return /** @type {[string, string][][]} */ ([when]);
     const depth = winner.t * dot(shared.ray.r, shared.ray.forward);
-    return /** @type {(string | [string, string])[][]} */ ([when, [["C", `moved: ${fixed(moved(), 3)}`], `,  so the point at depth ${fixed(depth, 3)} appears at column ${shared.numbers.pixel[0]} − ${fixed(shared.numbers.fx, 0)} · ${fixed(moved(), 3)} / ${fixed(depth, 3)} = ${fixed(shared.numbers.pixel[0] + shift(), 1)}`]]);
+    return /** @type {(string | [string, string])[][]} */ ([when, [["C", `moved: ${fixed(moved(), 3)} m`], `,  so the point at depth ${fixed(depth, 3)} appears at column ${shared.numbers.pixel[0]} − ${fixed(shared.numbers.fx, 0)} · ${fixed(moved(), 3)} / ${fixed(depth, 3)} = ${fixed(shared.numbers.pixel[0] + shift(), 1)}`]]);
   });
 }
 

@@ -62,11 +62,11 @@ export const CODE_EXERCISES = [
   },
   {
     id: "normal",
-    task: "Return the normal n = v₂ × v₁ of the triangle, with v₁ = b − a and v₂ = c − a.",
+    task: "Return the triangle's normal n = (c − a) × (b − a).",
     start: "function normal(a, b, c) {\n  return [0, 0, 1];\n}\n",
     cases: () => candidates().slice(0, 7).map(({ found }) => ({ given: found.corners, expected: found.n })),
     hint: (got, expected) => {
-      if (Array.isArray(got) && isSame(got, turned(expected))) return "This is v₁ × v₂. The order turns the sign.";
+      if (Array.isArray(got) && isSame(got, turned(expected))) return "This is (b − a) × (c − a). The order turns the sign.";
       if (Array.isArray(got) && isSame(got.map((value) => value * lengthOf(expected)), expected)) return "The direction is right. Do not divide by the length: n is the cross product itself.";
       return "Use cross(sub(c, a), sub(b, a)).";
     },
@@ -83,17 +83,17 @@ export const CODE_EXERCISES = [
   },
   {
     id: "isInside",
-    task: "Return true if f lies inside the triangle: u = g − f crosses an odd number of edges. n is the normal.",
+    task: "Return true if f lies inside the triangle: u = g − f crosses an odd number of edges. n is the normal. An edge whose ends lie on both sides meets the line of u at x = start + k (end − start), with k = sideStart / (sideStart − sideEnd). Both are relative to f, so s = (x · u) / (u · u).",
     start: `function isInside(a, b, c, n, f) {
   const g = add(a, sub(a, c)); // a + v3
   const u = sub(g, f);
-  const left = cross(n, u); // dot(left, p - f) > 0: p lies to the left of u
+  const left = cross(n, u); // dot(left, x) > 0: the point f + x lies to the left of u
   const corners = [a, b, c];
   let crossings = 0;
   for (let i = 0; i < 3; i++) {
     const start = sub(corners[i], f), end = sub(corners[(i + 1) % 3], f);
-    const p = dot(left, start), q = dot(left, end);
-    // Add 1 if the edge crosses u: its ends lie on both sides, and the intersection lies between f and g.
+    const sideStart = dot(left, start), sideEnd = dot(left, end);
+    // Add 1 if one end lies to the left of u, the other does not, and s lies between 0 and 1.
   }
   return crossings % 2 === 1;
 }

@@ -9,7 +9,7 @@ import { areClose, negated, rowsOf, triple } from "./answers.js";
 export const CAMERA_EXERCISES = [
   {
     id: "walk",
-    title: "The vertex c of the green triangle is moved by 0.5 along x and by −0.2 along z. Where is it now?",
+    title: "The corner c of the green triangle is moved by 0.5 along x and by −0.2 along z. Where is it now?",
     asked: triple("c"),
     given: ({ numbers }) => [`c = ${vectorText(numbers.triangles[0].corners[2])}`],
     answer: ({ numbers }) => numbers.triangles[0].corners[2].map((value, i) => value + [0.5, 0, -0.2][i]),
@@ -47,7 +47,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "project",
-    title: "The pixel of a vertex: x = P X",
+    title: "The pixel (column u, row v) of a vertex: x = P X, with 1 appended to X",
     asked: ["u", "v"],
     given: ({ P, numbers }) => ["P =", ...rowsOf(P, 4), `X = c = ${vectorText(numbers.triangles[0].corners[2])}`],
     answer: ({ P, numbers }) => {
@@ -78,7 +78,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "line",
-    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted",
+    title: "A point of the pixel's line: X' = P⁺ x. Every point of the line except C is accepted. On paper, choose z = 0 and solve the two equations of u and v for x and y",
     asked: triple("X'"),
     given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
     answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),
@@ -97,7 +97,7 @@ export const CAMERA_EXERCISES = [
   },
   {
     id: "forward",
-    title: "Is X' in front of the camera? Enter v, the third row of R, and the dot product v·(X' - C)",
+    title: "Compute whether X' is in front of the camera: enter v, the third row of R, and the dot product v·(X' - C)",
     asked: [...triple("v"), "v·(X' - C)"],
     given: ({ R, ray }) => ["R =", ...rowsOf(R, 3), `X' = ${vectorText(/** @type {number[]} */ (ray.XPrime))}`, `C = ${vectorText(ray.C)}`],
     answer: ({ ray }) => [...ray.forward, ray.along],

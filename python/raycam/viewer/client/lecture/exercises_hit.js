@@ -51,7 +51,7 @@ export const HIT_EXERCISES = [
       `f(t) = ${vectorText(facts.found.f)}`,
       `g = a + v3 = ${vectorText(facts.found.g)}`,
       `u = g - f(t) = ${vectorText(facts.found.u)}`,
-      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same.`,
+      `Leave out ${"xyz"[mainAxis(facts.found.n)]} and draw the other two coordinates: the crossings are the same, because n is not 0 along this axis.`,
     ],
     answer: ({ found }) => [found.crossings],
     hint: ([count], { found }) => {
@@ -75,13 +75,13 @@ export const HIT_EXERCISES = [
   },
   {
     id: "halving",
-    title: "A tree halves 1024 triangles until each leaf holds one. How many levels of boxes lie below the root?",
+    title: "A tree halves 1024 triangles until each leaf holds one. How many levels of boxes are below the root, the box around all triangles?",
     asked: ["levels"],
     given: () => ["1024 = 2 · 2 · … · 2"],
     answer: () => [10],
     hint: ([levels]) => {
       if (levels === 512) return "This is the number of triangles after one halving.";
-      if (levels === 9 || levels === 11) return "Count the halvings: 1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1.";
+      if (levels === 9 || levels === 11) return "Count the halvings, one for each of these results: 512, 256, 128, 64, 32, 16, 8, 4, 2, 1.";
       return "How often can you halve 1024 until 1 is left?";
     },
   },

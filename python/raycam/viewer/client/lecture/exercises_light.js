@@ -19,7 +19,7 @@ export const LIGHT_EXERCISES = [
   },
   {
     id: "cosine",
-    title: "How much of the light does a diffuse surface receive if the light arrives at 60° from the normal? Write the share",
+    title: "Which fraction of the light does a surface receive if the light arrives at 60° from the normal? Write a decimal number",
     asked: ["share"],
     given: () => ["cos 60°"],
     answer: () => [0.5],
@@ -31,7 +31,7 @@ export const LIGHT_EXERCISES = [
   },
   {
     id: "blocker",
-    title: "The second ray is f(t) + s (bulb − f(t)). It meets triangles at s = −0.4, s = 0.6 and s = 1.3. Which s puts the point in the shadow?",
+    title: "The second ray is f(t) + s (bulb − f(t)). It meets triangles at s = −0.4, s = 0.6 and s = 1.3. Which of these triangles casts a shadow on the point? Enter its s",
     asked: ["s"],
     given: () => ["the bulb is at s = 1"],
     answer: () => [0.6],
@@ -50,7 +50,7 @@ export const LIGHT_EXERCISES = [
     hint: ([value]) => {
       if (areClose([value], [64])) return "Four times the samples halve the noise. A quarter of the noise requires more.";
       if (areClose([value], [4])) return "Fewer samples mean more noise.";
-      return "The noise must fall by a factor of 4, so n must grow by 4².";
+      return "The noise must fall by a factor of 4, so n must grow by a factor of 4².";
     },
   },
   {

@@ -18,7 +18,7 @@ export const OPTICS_EXERCISES = [
   },
   {
     id: "rolling",
-    title: "A camera moves sideways at 5 m/s. Its readout takes 0.03 s from the first row to the last, and f = 300 pixels. A pole that is 3 m away fills the height of the picture. By how many pixels is its lower end shifted against its upper end?",
+    title: "A camera moves sideways at 5 m/s. Its readout takes 0.03 s from the first row to the last, and f = 300 pixels. A pole that is 3 m away fills the height of the picture. By how many pixels is its lower end shifted relative to its upper end?",
     asked: ["shift"],
     given: () => ["speed 5 m/s, readout 0.03 s, f = 300 pixels, depth 3 m"],
     answer: () => [15],
@@ -42,8 +42,8 @@ export const OPTICS_EXERCISES = [
   },
   {
     id: "depth",
-    title: "f = 300 pixels, b = 0.6, and the disparity is 45 pixels. What is the depth?",
-    asked: ["depth"],
+    title: "f = 300 pixels, b = 0.6 m, and the disparity is 45 pixels. What is the depth?",
+    asked: ["depth (m)"],
     given: () => ["d = f b / depth"],
     answer: () => [4],
     hint: ([value]) => {
@@ -66,7 +66,7 @@ export const OPTICS_EXERCISES = [
   },
   {
     id: "rounding",
-    title: "float32 has 24 bits. How large is the gap between 1 and the next larger number, as a power of two? Write the exponent",
+    title: "A float32 number has 32 bits. They hold 24 binary digits, because the first digit is always 1 and is not stored. How large is the gap between 1 and the next larger number, as a power of two? Write the exponent",
     asked: ["exponent"],
     given: () => ["1 = 1.000…0 with 23 binary digits after the point"],
     answer: () => [-23],
