@@ -51,7 +51,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("facts.ray.X.slice(0, 3)", "divide them by the fourth"),
         ("facts.ray.C", "a second point is needed"),
         ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column first"),
-        ("[0.3, -0.1, 0.2]", "Your point is seen at"),
+        ("[0.3, -0.1, 0.2]", "Your point is visible at"),
     ],
     "forward": [
         ("[...negated(v), along]", "points backward"),
@@ -63,7 +63,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[...v, 99]", "sum of the products"),
     ],
     "normal": [
-        ("negated(n)", "the order turns the sign"),
+        ("negated(n)", "the other order changes the sign"),
         ("n.map((value) => value / lengthOf(n))", "the length is not"),
         ("facts.found.edges[0]", "perpendicular to both edges"),
         ("cross(facts.found.edges[0], [1, 2, 3])", "n·(c - a) is not 0"),
@@ -279,7 +279,7 @@ CODE_MISTAKES = {
         ("return X;", "The result must be"),
     ],
     "normal": [
-        ("return cross(sub(b, a), sub(c, a));", "order turns the sign"),
+        ("return cross(sub(b, a), sub(c, a));", "other order changes the sign"),
         (
             "const n = cross(sub(c, a), sub(b, a)); return scale(1 / Math.sqrt(dot(n, n)), n);",
             "Do not divide",
