@@ -98,10 +98,13 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[18]", "E = I cos"),
         ("[3]", "not by the distance"),
     ],
-    "cosine": [
-        ("[Math.cos(60)]", "radians"),
-        ("[Math.sin(Math.PI / 3)]", "This is sin 60°"),
-        ("[2]", "share is cos"),
+    "radiance": [
+        ("[1]", "light of one direction"),
+        ("[Math.PI]", "Divide by π"),
+        ("[2 / Math.PI]", "cos θ is missing"),
+        ("[(2 * Math.cos(60)) / Math.PI]", "radians"),
+        ("[(2 * Math.sin(Math.PI / 3)) / Math.PI]", "contains sin 60°"),
+        ("[2]", "First E = S cos θ"),
     ],
     "blocker": [
         ("[-0.4]", "behind the point"),
@@ -150,7 +153,7 @@ FIXED = {
     "refined": 14 * 4**3,
     "halving": math.log2(1024),
     "bulb": 18 * math.cos(math.pi / 3) / 3**2,
-    "cosine": math.cos(math.radians(60)),
+    "radiance": 0.5 / math.pi * 4 * math.cos(math.radians(60)),
     "blocker": 0.6,
     "noise": 16 * (0.08 / 0.02) ** 2,
     "throughput": 0.9 * 0.5 * 0.2,
