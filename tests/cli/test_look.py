@@ -67,7 +67,7 @@ def test_a_variant_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -
         assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
         assert (picture("v.png")[..., :3] == color).all(axis=-1).any()
     assert run("render v.glb --variant blue") == 1
-    assert "unknown variant 'blue' (there are: red)" in capsys.readouterr().err
+    assert "unknown variant 'blue' (available: red)" in capsys.readouterr().err
 
 
 def test_sides_zoom_and_fov(folder: Path) -> None:
