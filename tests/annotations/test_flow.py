@@ -38,7 +38,7 @@ def eye(shift: float = 0.0, **options: object) -> raycam.Camera:
 
 
 @pytest.mark.parametrize("distortion", [None, [-0.2, 0.05, 0.001, -0.002]])
-def test_flow_is_reprojection(distortion: list[float] | None) -> None:
+def test_flow_equals_reprojection_by_numpy(distortion: list[float] | None) -> None:
     world = room()
     later = world.at(0.7)
     first, second = eye(distortion=distortion), eye(0.3, distortion=distortion, pixel_center="half")
@@ -70,7 +70,7 @@ def test_flow_is_reprojection(distortion: list[float] | None) -> None:
     assert 50 < hidden.sum() < 0.3 * len(hidden)
 
 
-def test_forward_and_backward_agree() -> None:
+def test_forward_and_backward_flow_agree() -> None:
     world = room()
     later = world.at(0.5)
     first, second = eye(), eye(0.2)
@@ -92,7 +92,7 @@ def test_forward_and_backward_agree() -> None:
         assert not back["occluded"][y, x]
 
 
-def test_nothing_moves_where_nothing_moves() -> None:
+def test_flow_is_zero_without_motion() -> None:
     world = room()
     found = flow(world, eye())
     seen = np.isfinite(found["depth"])
@@ -103,7 +103,7 @@ def test_nothing_moves_where_nothing_moves() -> None:
     assert not found["outside"].any()
 
 
-def test_what_is_behind_the_second_camera_has_no_flow() -> None:
+def test_points_behind_the_second_camera_have_no_flow() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [100, 100]})
     first = raycam.Camera.look_at([0, 0, 1], [10, 0, 0], size=SIZE)
@@ -115,7 +115,7 @@ def test_what_is_behind_the_second_camera_has_no_flow() -> None:
     np.testing.assert_array_equal(found["outside"], seen)
 
 
-def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
+def test_disparity_equals_focal_length_times_baseline_over_depth() -> None:
     world = room()
     left = eye()
     shifted = left.K + np.array([[0, 0, 7.5], [0, 0, 0], [0, 0, 0]])
@@ -177,7 +177,7 @@ def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
     np.testing.assert_allclose(there["depth"][y, x][same], found["depth"][seen][clear][same], rtol=0.01)
 
 
-def test_a_bending_plate_comes_back(tmp_path: Path) -> None:
+def test_flow_of_a_bending_plate_there_and_back_cancels(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     first, later = world.at(0.2), world.at(0.7)
     camera = raycam.Camera.look_at([1, 2, 6], [0.2, 1, 0], [0, 1, 0], size=SIZE, fov=30)
@@ -226,7 +226,7 @@ def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return frame["position"][seen], VELOCITIES[frame["instance"][seen]], row, column
 
 
-def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
+def test_flow_from_a_rolling_shutter_image() -> None:
     """From where each line saw what moves, by the formula of its motion, to where it is later."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4)
@@ -301,7 +301,7 @@ def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarra
     return np.asarray(EYE.at_pose(turns(part).as_matrix(), center).project(point)[0])
 
 
-def test_what_bends_is_followed_to_a_picture_that_is_read_line_by_line(tmp_path: Path) -> None:
+def test_flow_follows_a_deforming_mesh_to_a_rolling_shutter_image(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.2)
@@ -329,7 +329,7 @@ def test_what_bends_is_followed_to_a_picture_that_is_read_line_by_line(tmp_path:
     assert np.isfinite(flow(world.at(0.5), rolling, world.at(0.2), camera)["flow"]).any()
 
 
-def test_many_objects_are_followed_to_a_picture_that_is_read_line_by_line_and_too_many_are_refused() -> None:
+def test_flow_to_a_rolling_shutter_image_limits_the_number_of_objects() -> None:
     def world(count: int) -> raycam.World:
         world = raycam.World()
         for number in range(count):

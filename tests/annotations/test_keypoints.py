@@ -25,7 +25,7 @@ def crates() -> raycam.World:
 
 
 @pytest.mark.parametrize("name", cameras())
-def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
+def test_keypoints_move_with_their_object(name: str) -> None:
     camera = cameras()[name]
     rng = np.random.default_rng(2)
     # Points on the faces of the box, in its own coordinates; and one behind the camera.
@@ -55,7 +55,7 @@ def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
         keypoints(crates(), camera, [[0, 0, 0], [1, 1, 1]], [0])
 
 
-def test_keypoints_in_the_air_are_on_no_surface() -> None:
+def test_keypoints_off_the_surface_are_not_on_surface() -> None:
     world = raycam.World()
     world.add_object(box={"size": [9, 9, 1]}, location=[0, 0, 5.5])
     world.add_object(box={"size": 0.2}, location=[0, 0, 2])
@@ -119,7 +119,7 @@ def share(pixel: np.ndarray, size: tuple[int, int], direction: Readout) -> float
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("eye", ["stands", "moves", "lens"])
-def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) -> None:
+def test_keypoints_of_a_moving_object_with_a_rolling_shutter(direction: Readout, eye: str) -> None:
     """Which line sees a point depends on where the point is then: solved here for each point by SciPy."""
     camera = EYE.exposing(EXPOSURE, readout=READOUT, direction=direction)
     if eye == "moves":
@@ -164,7 +164,7 @@ def test_of_what_moves_before_a_rolling_shutter(direction: Readout, eye: str) ->
     assert np.nanmax(np.abs(standing.pixels - found.pixels)) > 0.1
 
 
-def test_on_a_mesh_that_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
+def test_keypoints_of_a_deforming_mesh_with_a_rolling_shutter(tmp_path: Path) -> None:
     world = bending_plate(tmp_path).at(0.5)
     camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
     rolling = camera.exposing(0.01, readout=0.3)
@@ -183,7 +183,9 @@ def test_on_a_mesh_that_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("direction", ["down", "left"])
-def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, direction: Readout) -> None:
+def test_keypoints_at_pixel_centres_of_a_rolling_shutter_image_are_visible(
+    tmp_path: Path, direction: Readout
+) -> None:
     """A picture's own triangles and weights are seen at the pixels' centres, and nothing hides them."""
     channels = ["instance", "triangle", "barycentric", "position"]
     plate = bending_plate(tmp_path).at(0.4)
@@ -206,7 +208,7 @@ def test_what_a_rolling_picture_shows_is_found_at_its_pixels(tmp_path: Path, dir
         assert found.on_surface.mean() > 0.999
 
 
-def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
+def test_barycentric_keypoints_are_placed_and_invalid_ones_are_refused(tmp_path: Path) -> None:
     world = crates()
     corners = world.triangles(1)
     found = keypoints(world, cameras()["lens"], [[0.2, 0.3, 0.5]], [1], triangles=[4])
@@ -226,7 +228,7 @@ def test_barycentric_points_and_invalid_points(tmp_path: Path) -> None:
     refused(fault("invalid_settings", "object 0"), bending_plate(tmp_path), [[0, 0, 0]], [0])
 
 
-def test_cameras_at_infinity_see_what_lies_before_a_point() -> None:
+def test_parallel_cameras_find_occluders_in_front_of_a_keypoint() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="far", location=[0, 0, 40])
     world.add_object(box={"size": 0.2}, name="near", location=[0, 0, -30])

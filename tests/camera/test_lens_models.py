@@ -43,7 +43,7 @@ COLMAP = {
 }
 
 
-def test_every_model_of_colmap_is_here() -> None:
+def test_every_camera_model_of_colmap_is_supported() -> None:
     names = {name for name in dir(pycolmap.CameraModelId) if name.isupper()} - {"INVALID"}
     assert names == set(COLMAP)
 
@@ -68,7 +68,7 @@ def test_project_agrees_with_colmap(name: str, pixel_center: str) -> None:
 
 
 @pytest.mark.parametrize("name", COLMAP)
-def test_models_go_back_to_colmap(name: str) -> None:
+def test_lens_models_convert_back_to_colmap(name: str) -> None:
     params, _ = COLMAP[name]
     camera = raycam.Camera.from_colmap(name, params, R, T, SIZE)
     back, numbers = camera.colmap
@@ -122,7 +122,7 @@ FORMULAS = [
 
 
 @pytest.mark.parametrize(("model", "formula", "coefficients"), FORMULAS)
-def test_project_is_the_formula(model, formula, coefficients) -> None:
+def test_project_equals_the_published_formulas(model, formula, coefficients) -> None:
     focal = 500.0 if len(coefficients) == 5 else 200.0
     K = np.array([[focal, 1.5, 330.0], [0, focal, 235.0], [0, 0, 1]])
     camera = raycam.Camera(K, R, [1, -2, 0.5], SIZE, distortion=coefficients or None, model=model)
@@ -151,7 +151,7 @@ def test_project_is_the_formula(model, formula, coefficients) -> None:
     assert np.linalg.norm(np.cross(back, true), axis=1).max() <= 1e-12
 
 
-def test_a_picture_of_what_is_behind() -> None:
+def test_wide_lenses_show_points_behind_the_camera() -> None:
     """Six walls of a room around the camera: a panorama and a fisheye of 360 degrees see the one behind."""
     world = raycam.World()
     world.add_object({"name": "room", "box": {"size": [4, 4, 4]}, "color": [0.5, 0.5, 0.5]})

@@ -88,7 +88,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],
 )  # fmt: skip
-def test_a_poison_frame_is_given_up_and_the_others_are_finished(
+def test_frame_that_kills_its_workers_is_abandoned_and_the_others_are_finished(
     tmp_path: Path, poison: Path, deed: str, error: str
 ) -> None:
     poison.write_text(POISON.format(deed=deed))
@@ -113,7 +113,7 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
-def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: Path) -> None:
+def test_missing_package_ends_the_run_without_failed_frames(tmp_path: Path) -> None:
     job = Job(tmp_path, package())
     pool = ProcessPool(1)
     pool.open(job.package, "")
@@ -123,7 +123,7 @@ def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: 
     pool.close()
 
 
-def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> None:
+def test_output_of_workers_does_not_disturb_the_protocol(tmp_path: Path, poison: Path) -> None:
     poison.write_text(POISON.format(deed="print('hello')"))
     pool = ProcessPool(1)
     Job(tmp_path / "a", package()).run(pool)
@@ -131,7 +131,7 @@ def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> No
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
-def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_limits_the_number_of_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = ProcessPool(8)
     pool.open(package(), "")
@@ -144,7 +144,7 @@ def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch)
     assert [notice.code for notice in pool.notices] == ["unusable_worker"]
 
 
-def test_closing_ends_everything_at_once(tmp_path: Path) -> None:
+def test_close_ends_all_workers_at_once(tmp_path: Path) -> None:
     one = film(samples=1_000_000).package()
     job = Job(tmp_path, one)
     pool = ProcessPool(2)
@@ -196,7 +196,7 @@ def runs(pid: int) -> bool:
         return False
 
 
-def test_how_a_worker_ended_is_known() -> None:
+def test_exit_status_or_signal_of_a_worker_is_reported() -> None:
     worker = process_pool._Worker()
     os.kill(worker.process.pid, signal.SIGKILL)
     with raises(WorkerDied, mentions=["SIGKILL"]):

@@ -49,7 +49,7 @@ def wait_for(pool: DaskPool, count: int) -> None:
         time.sleep(0.05)
 
 
-def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
+def test_cluster_without_workers_gives_a_notice_and_continues_when_one_joins(
     tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
@@ -84,7 +84,7 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     pool.close()
 
 
-def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
+def test_loss_of_the_scheduler_while_waiting_for_workers_ends_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     engine = Engine(tmp_path, 0)
@@ -112,7 +112,7 @@ def test_unusable_workers_get_no_frames_and_a_notice(tmp_path: Path, engine: Eng
     assert [worker.poll() for worker in engine.workers] == [None, None]  # the cluster is not only ours
 
 
-def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
+def test_late_worker_without_access_to_the_folder_receives_the_package(
     tmp_path: Path, engine: Engine, pool: DaskPool
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())

@@ -46,7 +46,7 @@ def test_quick_starts_run_in_an_empty_folder(
     assert "comes with raycam" in capsys.readouterr().err
 
 
-def test_a_file_of_the_user_comes_first(
+def test_files_of_the_user_take_precedence_over_bundled_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -57,7 +57,7 @@ def test_a_file_of_the_user_comes_first(
     assert "12 triangles" in said.out or "triangles  12" in said.out
 
 
-def test_cameras_and_sky() -> None:
+def test_bundled_cameras_and_sky_can_be_rendered() -> None:
     world = raycam.data.spot()
     for camera, model in ((raycam.data.camera(), "opencv"), (raycam.data.fisheye(), "fisheye")):
         assert (camera.model, camera.size) == (model, (640, 480))
@@ -68,7 +68,9 @@ def test_cameras_and_sky() -> None:
     assert raycam.render(lit, lit.default_camera((16, 12)), samples=1)["color"].max() > 0.1
 
 
-def test_worlds_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_worlds_and_files_exist_and_stay_below_2_mb(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     world = raycam.data.spot()
     assert world.counts["triangles"] > 5000

@@ -92,7 +92,7 @@ def compare_answers(text: str, page: str, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_of_the_page_runs(
+def test_every_code_block_of_a_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
@@ -119,7 +119,7 @@ def test_every_block_of_the_page_runs(
             compare_answers(text, page, capsys)
 
 
-def test_how_to_pages_show_what_they_make() -> None:
+def test_how_to_pages_show_an_image_or_output() -> None:
     pages = [path for path in (ROOT / "docs" / "howto").glob("*.md") if path.name != "index.md"]
     assert len(pages) > 20
     for page in pages:
@@ -131,7 +131,7 @@ def test_how_to_pages_show_what_they_make() -> None:
         assert "](../images/" in page.read_text(encoding="utf-8"), f"{page.name} shows nothing"
 
 
-def test_pictures_are_small_and_made_by_their_page() -> None:
+def test_images_are_small_and_written_by_a_page_that_shows_them() -> None:
     """Pictures that several pages show are made by one of them."""
     texts = [(ROOT / page).read_text(encoding="utf-8") for page in PAGES]
     for folder in ("howto", "pages"):
@@ -144,7 +144,7 @@ def test_pictures_are_small_and_made_by_their_page() -> None:
             assert picture.stat().st_size < (90_000 if picture.suffix == ".svg" else 60_000), picture.name
 
 
-def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
+def test_gallery_images_are_small_and_written_by_the_page() -> None:
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     shown = re.findall(r"!\[\w+\]\((images/[\w/-]+\.jpg)\)", text)
     assert len(shown) == len(set(shown)) > 15
@@ -158,12 +158,12 @@ def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
     assert sum(path.stat().st_size for path in pictures) < 2_000_000
 
 
-def test_a_wrong_answer_is_noticed() -> None:
+def test_doctest_with_a_wrong_result_fails() -> None:
     with raises(AssertionError, mentions=["Expected"]):
         run_doctest(">>> 1 + 1\n3\n", "page", 1, {})
 
 
-def test_every_local_link_leads_somewhere() -> None:
+def test_every_local_link_has_a_target() -> None:
     for page in [*PAGES, "CONTRIBUTING.md"]:
         text = (ROOT / page).read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
@@ -171,7 +171,7 @@ def test_every_local_link_leads_somewhere() -> None:
                 assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
 
 
-def test_the_page_of_installing_names_every_extra() -> None:
+def test_install_page_lists_every_extra() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
         "optional-dependencies"
     ]

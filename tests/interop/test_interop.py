@@ -15,7 +15,7 @@ from trimesh.visual.material import PBRMaterial
 BOX = trimesh.creation.box()
 
 
-def test_a_mesh_of_trimesh() -> None:
+def test_from_trimesh_keeps_vertices_and_colors() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=2)
     world = raycam.from_trimesh(sphere)
     assert world.up == "z"
@@ -28,7 +28,7 @@ def test_a_mesh_of_trimesh() -> None:
     np.testing.assert_allclose(raycam.from_trimesh(far).triangles(), far.triangles, rtol=0, atol=1e-6)
 
 
-def test_colors_of_vertices_and_faces() -> None:
+def test_from_trimesh_converts_vertex_and_face_colors() -> None:
     colors = np.random.default_rng(5).integers(0, 256, (12, 4), np.uint8)
     colors[:, 3] = 255
     linear = trimesh.visual.color.to_float(colors)[:, :3]
@@ -40,7 +40,7 @@ def test_colors_of_vertices_and_faces() -> None:
     np.testing.assert_allclose(raycam.from_trimesh(vertices).triangle_colors(), expected, atol=1e-6)
 
 
-def test_textures_and_materials_of_trimesh() -> None:
+def test_from_trimesh_converts_textures_and_materials() -> None:
     """The upper left texel is at u = 0, v = 1 there."""
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
     uv = (square[:, :2] + 1) / 2
@@ -76,7 +76,7 @@ def test_vertex_colors_multiply_the_texture() -> None:
     np.testing.assert_allclose(shown, np.tile(expected, (12, 1)), atol=1e-5)
 
 
-def test_a_scene_of_trimesh() -> None:
+def test_from_trimesh_converts_the_nodes_of_a_scene() -> None:
     scene = trimesh.Scene()
     turn = trimesh.transformations.rotation_matrix(0.5, [1, 2, 3], [4, 5, 6])
     scene.add_geometry(BOX, node_name="first", geom_name="box", transform=turn)
@@ -99,7 +99,7 @@ def test_a_scene_of_trimesh() -> None:
     np.testing.assert_allclose(pixel, [32, 24], atol=1e-6)
 
 
-def test_smooth_shading_is_asked_for() -> None:
+def test_from_trimesh_shades_smoothly_on_request() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=1)
     camera = raycam.Camera.look_at([3, 1, 2], [0, 0, 0], [0, 0, 1], size=(32, 32), fov=30)
     for smooth, few in ((False, True), (True, False)):
@@ -125,7 +125,7 @@ class Legacy(SimpleNamespace):
         return hasattr(self, "textures")
 
 
-def test_a_mesh_of_open3d() -> None:
+def test_from_open3d_keeps_vertices_colors_and_textures() -> None:
     colors = np.random.default_rng(6).random((8, 3))
     mesh = Legacy(vertices=BOX.vertices, triangles=BOX.faces, vertex_colors=colors)
     world = raycam.from_open3d(mesh)
@@ -177,7 +177,7 @@ class Tensor:
         return Legacy(vertices=BOX.vertices, triangles=BOX.faces, **self.legacy)
 
 
-def test_a_tensor_mesh_of_open3d() -> None:
+def test_from_open3d_accepts_tensor_meshes() -> None:
     painted = np.random.default_rng(7).integers(0, 256, (12, 3), np.uint8)
     world = raycam.from_open3d(Tensor({"colors": painted.view(Held)}, None))
     np.testing.assert_allclose(world.triangle_colors(), linear(painted / 255), atol=1e-6)
@@ -203,7 +203,7 @@ def linear(srgb: Any) -> Any:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def test_what_is_no_mesh_is_refused() -> None:
+def test_objects_that_are_not_meshes_are_refused() -> None:
     with raises(raycam.WorldError, code="wrong_type", mentions=["trimesh.Trimesh", "trimesh.Scene"]):
         raycam.from_trimesh(3)
     cloud: Any = SimpleNamespace(to_legacy=lambda: None, point={})

@@ -176,7 +176,7 @@ def random_camera(rng, scale, offset, inside):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_picture_is_the_oracle_s(name):
+def test_rendered_channels_equal_the_reference(name):
     rng = np.random.default_rng(list(SCENES).index(name))
     make, scale, offset = SCENES[name]
     world = make(rng)
@@ -204,12 +204,12 @@ def test_the_picture_is_the_oracle_s(name):
     assert seen >= 100  # needles fill few pixels, the other scenes thousands
 
 
-def test_there_are_enough_scenes_and_cameras():
+def test_comparison_covers_at_least_200_views():
     assert len(SCENES) >= 20
     assert len(SCENES) * CAMERAS >= 200
 
 
-def test_the_sky_is_the_background_of_both():
+def test_sky_is_the_background_in_both_renderers():
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]})
     world.add_light({"type": "sky", "radiance": [0.2, 0.3, 0.5]})
@@ -219,7 +219,7 @@ def test_the_sky_is_the_background_of_both():
     assert raycam.explain(world, camera, (0, 0)).color.tolist() == pytest.approx([0.2, 0.3, 0.5])
 
 
-def test_the_reference_tells_its_progress_and_can_be_stopped():
+def test_reference_reports_progress_and_can_be_cancelled():
     world = raycam.World()
     world.add_object("sphere", location=[0, 0, 2])
     camera = raycam.Camera.from_pose([0, 0, 0], 0, -90, 0, size=(8, 6), focal=8)
@@ -236,7 +236,7 @@ def test_the_reference_tells_its_progress_and_can_be_stopped():
         raycam.render(world, camera, progress=stop, **render)
 
 
-def test_the_reference_integrator_is_the_oracle():
+def test_reference_integrator_returns_the_reference_image():
     world = shapes(np.random.default_rng(1))
     camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], size=SIZE)
     frame = raycam.render(world, camera, integrator="reference")
