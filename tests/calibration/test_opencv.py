@@ -207,7 +207,9 @@ def test_stereo_pair_in_two_files_is_read_as_a_rig(tmp_path: Path) -> None:
         ({"K": K, "dist": BROWN, "model": "scaramuzza"}, fault("syntax", "scaramuzza")),
     ],
 )
-def test_common_mistakes_in_a_calibration_raise(tmp_path: Path, values: dict[str, Any], message: Fault) -> None:
+def test_common_mistakes_in_a_calibration_raise(
+    tmp_path: Path, values: dict[str, Any], message: Fault
+) -> None:
     file = tmp_path / "a.json"
     file.write_text(
         json.dumps({key: v if isinstance(v, str) else np.asarray(v).tolist() for key, v in values.items()})

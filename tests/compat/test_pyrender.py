@@ -40,7 +40,7 @@ def scene(**options: Any) -> tuple[Any, Any]:
     return made, node
 
 
-def test_depth_is_that_of_pixel_centres_and_follows_poses() -> None:
+def test_depth_is_measured_at_pixel_centres_and_follows_poses() -> None:
     made, node = scene()
     renderer = pyrender.OffscreenRenderer(viewport_width=SIZE[0], viewport_height=SIZE[1], point_size=1.0)
     color, depth = renderer.render(made)
@@ -70,7 +70,7 @@ def test_depth_is_that_of_pixel_centres_and_follows_poses() -> None:
     renderer.delete()
 
 
-def test_a_face_in_a_sun_is_as_bright_as_the_formula_says() -> None:
+def test_face_lit_by_a_directional_light_has_the_brightness_of_the_formula() -> None:
     for metallic, roughness, base, ambient in (
         (0.0, 0.5, [0.6, 0.3, 0.1], 0.0),
         (0.7, 0.3, [0.2, 0.8, 0.4], 0.2),
@@ -92,7 +92,7 @@ def test_a_face_in_a_sun_is_as_bright_as_the_formula_says() -> None:
         assert np.abs(color[1, 1] - expected).max() <= 1
 
 
-def test_segmentation_shows_the_nodes_of_the_map_alone() -> None:
+def test_segmentation_shows_only_nodes_of_the_map() -> None:
     made, first = scene()
     second = made.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.box((0.4, 0.4, 0.4))), pose=shifted(0, 0, 0.8)
@@ -136,7 +136,7 @@ def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
     assert depth[24, 31] == 3.5
 
 
-def test_colours_backgrounds_and_alpha() -> None:
+def test_colors_background_and_alpha_equal_pyrender() -> None:
     flags = pyrender.RenderFlags
     with warns(raycam.Notice, code="implausible", mentions=["255"]):  # whole numbers are of 255
         made = pyrender.Scene(bg_color=[1, 1, 1, 0])
@@ -166,7 +166,7 @@ def test_colours_backgrounds_and_alpha() -> None:
     assert pyrender.Mesh.from_trimesh(box, smooth=False).primitives[0].color_0.shape == (36, 4)
 
 
-def test_lights_shadows_and_a_cone() -> None:
+def test_spot_light_cone_and_shadows_have_the_expected_size() -> None:
     flags = pyrender.RenderFlags
     made = pyrender.Scene(bg_color=[0.0, 0.0, 0.0])
     made.add(
@@ -195,7 +195,7 @@ def test_lights_shadows_and_a_cone() -> None:
     assert (columns.max() - columns.min()) / 2 <= radius + 1
 
 
-def test_scene_graphs_names_and_errors() -> None:
+def test_scene_graph_poses_names_and_errors_equal_pyrender() -> None:
     made, node = scene()
     below = made.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.icosphere()), parent_name="a", pose=shifted(1)
@@ -230,7 +230,7 @@ def test_scene_graphs_names_and_errors() -> None:
     assert len(pyrender.Scene.from_trimesh_scene(parts, ambient_light=np.full(3, 0.1)).mesh_nodes) == 2
 
 
-def test_clouds_textures_instances_and_a_parallel_camera() -> None:
+def test_point_clouds_textures_instances_and_orthographic_cameras_are_rendered() -> None:
     flags = pyrender.RenderFlags
     points = np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.5, -1.0]])
     made = pyrender.Scene(bg_color=[0.0, 0.0, 0.0])
@@ -281,7 +281,7 @@ except ImportError:
     assert done.stdout.strip() == "good", done.stderr
 
 
-def test_matrices_match_those_of_raycam() -> None:
+def test_camera_matrices_equal_those_of_raycam() -> None:
     """Depth by the stand-in is the channel depth of a camera with the same K."""
     made, _ = scene()
     made.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(2, 0.4)), pose=shifted(0.7, -0.2, 0.3))
@@ -295,7 +295,7 @@ def test_matrices_match_those_of_raycam() -> None:
     assert np.allclose(np.where(np.isfinite(expected), expected, 0), depth, rtol=1e-6)
 
 
-def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shadows(
+def test_path_traced_matte_square_has_the_closed_form_brightness_and_shadows(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made = pyrender.Scene(bg_color=[0.0, 0.0, 1.0, 1.0], ambient_light=[0.0, 0.0, 0.0])
@@ -331,7 +331,7 @@ def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shad
         pyrender.OffscreenRenderer(*SIZE).render(made)
 
 
-def test_raycams_own_light_has_textures_lamps_and_copies(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_path_traced_scene_supports_textures_lights_and_instances(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pyrender, "shading", "raycam")
     made = pyrender.Scene(bg_color=[0.0] * 4, ambient_light=[1.0, 1.0, 1.0])
     image = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]], np.uint8)

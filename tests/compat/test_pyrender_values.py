@@ -61,7 +61,7 @@ def lambert(base: float, metallic: float, ambient: float = 0.0) -> float:
     return 3 * (diffuse + f0 / np.pi / 4.001) + base * ambient
 
 
-def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
+def test_default_materials_equal_those_of_pyrender() -> None:
     assert middle(square(), sun=3) == [gamma(lambert(1.0, 1.0))] * 3
     grey = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0.0]], [[0, 1, 2]])
     made = pyrender.Mesh.from_trimesh(grey)
@@ -84,7 +84,7 @@ def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
     assert middle(pyrender.Mesh.from_trimesh(simple), sun=3) == [gamma(lambert(0.4, 1.0))] * 3
 
 
-def test_textures_occlude_shine_bend_and_are_srgb() -> None:
+def test_occlusion_roughness_normal_and_color_textures_equal_pyrender() -> None:
     image = np.full((2, 2, 3), [128, 60, 200], np.uint8)
     linear = [((value / 255 + 0.055) / 1.055) ** 2.4 for value in (128, 60, 200)]
     seen = middle(square(material=Material(baseColorTexture=image)), ambient=1.0)
@@ -127,7 +127,7 @@ def test_alpha_is_blended_as_opengl_blends_it() -> None:
     assert not square(material=Material(alphaMode="BLEND")).is_transparent
 
 
-def test_points_and_faces_without_normals_look_at_the_camera() -> None:
+def test_points_and_faces_without_normals_face_the_camera() -> None:
     cloud = pyrender.Mesh.from_points([[0, 0, 0.0]], colors=[[0.5, 1.0, 0.25]])
     white = lambert(1.0, 1.0)
     assert middle(cloud) == [0, 0, 0]
@@ -137,7 +137,7 @@ def test_points_and_faces_without_normals_look_at_the_camera() -> None:
     assert middle(plain, sun=3, turned=turned) == [gamma(lambert(0.5, 0.0))] * 3
 
 
-def test_lines_wires_strips_and_fans() -> None:
+def test_lines_wireframes_strips_and_fans_are_rendered() -> None:
     corners = np.array([[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0.0]])
 
     def covered(primitive: Any, flag: int = 0, **options: Any) -> Any:
@@ -210,7 +210,7 @@ def test_attributes_are_converted_and_checked() -> None:
     assert scene.directional_lights == set()
 
 
-def test_images_become_textures_of_the_channels_asked_for() -> None:
+def test_images_become_textures_with_the_requested_channels() -> None:
     form = pyrender.utils.format_texture_source
     image = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
     assert form(None) is None
@@ -224,7 +224,7 @@ def test_images_become_textures_of_the_channels_asked_for() -> None:
         form("brick.png")
 
 
-def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viewer_opens_the_live_view_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("raycam.viewer.viewer.open_browser", lambda *_: False)
     scene = pyrender.Scene()
     node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(1)))
@@ -263,7 +263,7 @@ def test_integer_colors_in_0_to_1_give_a_notice() -> None:
             pyrender.PointLight(color=color)
 
 
-def test_a_mesh_that_is_not_of_trimesh_is_refused_with_the_way_on() -> None:
+def test_mesh_of_another_library_is_refused_with_an_alternative() -> None:
     @dataclass
     class Arrays:
         vertices: Any
@@ -318,7 +318,7 @@ def test_scene_accepts_nodes_with_their_children() -> None:
         pyrender.Scene(nodes=[root, branch])
 
 
-def test_point_cloud_without_points_is_shown_as_nothing() -> None:
+def test_point_cloud_without_points_renders_the_background() -> None:
     scene = pyrender.Scene(bg_color=[0, 0, 0])
     points: Any
     for points in ([], np.zeros((0, 3))):
@@ -329,7 +329,7 @@ def test_point_cloud_without_points_is_shown_as_nothing() -> None:
 
 
 @pytest.mark.parametrize("color", [[255, 0, 0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0], [[1.0, 0.0, 0.0]]])
-def test_one_color_is_that_of_all_points(color: object) -> None:
+def test_single_color_applies_to_all_points(color: object) -> None:
     mesh = pyrender.Mesh.from_points(np.eye(3), colors=color)  # type: ignore[arg-type]
     np.testing.assert_array_equal(
         mesh.primitives[0].color_0, np.tile(np.array([1, 0, 0, 1], np.float32), (3, 1))
@@ -358,7 +358,7 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
     np.testing.assert_array_equal(pictures[1][0], pictures[0][0])
 
 
-def test_instances_of_one_mesh_are_added_in_linear_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_instance_of_a_mesh_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second image looks up each instance once."""
     from raycam.compat.pyrender.picture import instances
 

@@ -14,7 +14,7 @@ from support.box_table import picture, ring, table, truth
 from support.raises import warns
 
 
-def test_bop(tmp_path: Path) -> None:
+def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
     cameras = ring(pixel_center="half")
     write(table(), tmp_path, "bop", cameras=cameras)
     scene = tmp_path / "train_pbr" / "000000"
@@ -75,7 +75,7 @@ def test_bop(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
-def test_bop_as_coco(tmp_path: Path) -> None:
+def test_bop_data_set_contains_coco_annotations(tmp_path: Path) -> None:
     world = table()
     world.add_object(box={"size": [0.1, 0.1, 0.1]}, name="inside", category="box", location=[0, 0, 0.25])
     cameras = ring(3)

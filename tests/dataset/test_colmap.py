@@ -30,7 +30,7 @@ from support.raises import raises
         ),
     ],
 )
-def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
+def test_colmap_data_set_is_read_by_pycolmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
     cameras = ring(3, **options)
     write(table(), tmp_path, "colmap", cameras=cameras, points=300)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
@@ -51,7 +51,7 @@ def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
             np.testing.assert_allclose(point.xy, pixel + 0.5, atol=1e-9)
 
 
-def test_colmap_observes_nothing_behind_the_plane_of_a_wide_lens(tmp_path: Path) -> None:
+def test_colmap_omits_points_behind_a_wide_lens(tmp_path: Path) -> None:
     """COLMAP has no image of that, though the lens has one."""
     k = [[20, 0, 31.5], [0, 20, 23.5], [0, 0, 1]]
     cameras = [
@@ -71,7 +71,7 @@ def test_colmap_observes_nothing_behind_the_plane_of_a_wide_lens(tmp_path: Path)
             assert np.abs(seen - point.xy).max() < 1e-6
 
 
-def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
+def test_colmap_contains_the_requested_number_of_points(tmp_path: Path) -> None:
     """However many views share them; every observation is in the picture's line and in the point's."""
     write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
@@ -93,7 +93,7 @@ def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
         write(table(), tmp_path / "skew", "colmap", cameras=[*ring(1), skewed])
 
 
-def test_colmap_observes_no_points_of_what_has_moved_away(tmp_path: Path) -> None:
+def test_colmap_omits_observations_of_points_that_moved(tmp_path: Path) -> None:
     cameras, times = ring(4), [0.0, 0.25, 0.5, 0.75]
     write(table(), tmp_path, "colmap", cameras=cameras, times=times, points=800, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))

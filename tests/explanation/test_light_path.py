@@ -16,7 +16,7 @@ def room(albedo: float) -> raycam.World:
     return world
 
 
-def test_the_mean_of_many_paths_is_the_picture() -> None:
+def test_mean_of_many_paths_equals_the_pixel() -> None:
     world = room(0.8)
     camera = raycam.Camera.look_at([-1.5, -1.5, 0.5], [0.5, 0.5, -0.8], size=(8, 8), fov=60)
     explanation = raycam.explain(world, camera, (4, 3))
@@ -29,7 +29,7 @@ def test_the_mean_of_many_paths_is_the_picture() -> None:
     assert (error < 0.2 * wanted).all()
 
 
-def test_weights_of_matte_surfaces_are_their_albedo() -> None:
+def test_path_weights_of_matte_surfaces_equal_their_albedo() -> None:
     camera = raycam.Camera.look_at([-1.5, -1.5, 0.5], [1.9, 1.9, 0.5], size=(8, 8), fov=30)
     path = raycam.explain(room(0.8), camera, (4, 4)).light_path(seed=3)
     weight = np.ones(3)
@@ -40,7 +40,7 @@ def test_weights_of_matte_surfaces_are_their_albedo() -> None:
     assert len(path.bounces) > 2
 
 
-def test_a_path_that_leaves_ends_in_the_sky_and_a_seed_is_a_path() -> None:
+def test_escaping_path_ends_in_the_sky_and_equal_seeds_give_equal_paths() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [9, 9]})
     world.add_light({"type": "sky", "radiance": 1})

@@ -97,7 +97,7 @@ def test_first_of_several_parts_with_colors_is_read(tmp_path: Path) -> None:
     assert check(tmp_path / "a.exr", pixels()) == ["first_only"]
 
 
-def test_luminance_and_chroma_is_named(tmp_path: Path) -> None:
+def test_luminance_chroma_image_is_refused_with_its_name(tmp_path: Path) -> None:
     write(
         tmp_path / "a.exr",
         {name: np.ascontiguousarray(pixels()[..., i]) for i, name in enumerate(["Y", "RY", "BY"])},

@@ -32,7 +32,7 @@ DATA = Path(__file__).parent / "data" / "gltf"
 
 @pytest.mark.parametrize("normalized", [False, True])
 @pytest.mark.parametrize("kind", ["int8", "uint8", "int16", "uint16", "float32"])
-def test_components(tmp_path: Path, kind: str, normalized: bool) -> None:
+def test_every_component_type_is_read(tmp_path: Path, kind: str, normalized: bool) -> None:
     whole = kind != "float32"
     low = -128 if kind == "int8" else -32768 if kind == "int16" else 0
     high = np.iinfo(kind).max if whole else 1
@@ -49,7 +49,7 @@ def test_components(tmp_path: Path, kind: str, normalized: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", ["uint8", "uint16", "uint32", None])
-def test_indices(tmp_path: Path, kind: str | None) -> None:
+def test_every_index_type_is_read(tmp_path: Path, kind: str | None) -> None:
     document = Document()
     order = [2, 0, 3, 1, 3, 0]
     points = SQUARE if kind else SQUARE[order]
@@ -57,7 +57,7 @@ def test_indices(tmp_path: Path, kind: str | None) -> None:
     np.testing.assert_array_equal(load(document, tmp_path).triangles().reshape(-1, 3), SQUARE[order])
 
 
-def test_strided_and_interleaved(tmp_path: Path) -> None:
+def test_strided_and_interleaved_accessors_are_read(tmp_path: Path) -> None:
     document = Document()
     rows = np.zeros(4, [("position", "<f4", 3), ("uv", "<u2", 2), ("rest", "<u4")])
     rows["position"], rows["uv"], rows["rest"] = SQUARE, SQUARE_UVS * 65535, 0xDEADBEEF
@@ -76,7 +76,7 @@ def test_strided_and_interleaved(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("based", [True, False])
-def test_sparse(tmp_path: Path, based: bool) -> None:
+def test_sparse_accessors_are_read(tmp_path: Path, based: bool) -> None:
     document = Document()
     indices = document.view(np.array([1, 3], np.uint16).tobytes())
     moved = np.array([[5, -1, 0], [-1, 7, 2]], np.float32)
@@ -100,7 +100,7 @@ def test_sparse(tmp_path: Path, based: bool) -> None:
 
 
 @pytest.mark.parametrize(("mode", "word"), [(0, "points"), (1, "lines"), (2, "lines"), (3, "lines")])
-def test_what_has_no_surface_is_said(tmp_path: Path, mode: int, word: str) -> None:
+def test_points_and_lines_are_omitted_with_a_notice(tmp_path: Path, mode: int, word: str) -> None:
     document = Document()
     document.node(mesh=document.mesh({"POSITION": SQUARE}, mode=mode))
     document.node(mesh=document.square())
@@ -126,7 +126,7 @@ def test_strips_and_fans_keep_their_winding(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("scale", [[1, 1, 1], [-1, 1, 1], [-1, -1, -1], [2, 1, -3]])
-def test_negative_scale_keeps_the_outside_outside(tmp_path: Path, scale: list[float]) -> None:
+def test_negative_scale_keeps_faces_turned_outwards(tmp_path: Path, scale: list[float]) -> None:
     box = trimesh.creation.icosphere(subdivisions=2, radius=0.5)
     document = Document()
     points = np.asarray(box.vertices, np.float32)
@@ -155,7 +155,7 @@ def test_negative_scale_keeps_the_outside_outside(tmp_path: Path, scale: list[fl
 
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
+def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
     """Only where all three are zero may a mesh be left out (glTF 2.0, 3.5.3)."""
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=1)
     points = np.asarray(sphere.vertices, np.float32)
@@ -189,7 +189,7 @@ def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis:
     assert (frame["color"][hit] > 0.05).all()
 
 
-def test_the_tree_of_nodes(tmp_path: Path) -> None:
+def test_node_transforms_are_multiplied_down_the_tree(tmp_path: Path) -> None:
     turn, push = [0.1, -0.3, 0.2, 0.927], [1.0, 2.0, -3.0]
     rotation = Rotation.from_quat(turn)
     inner = np.array([[1, 0.2, 0, 4], [0, 2, 0, 5], [0, 0, -1, 6], [0, 0, 0, 1.0]])
@@ -211,7 +211,7 @@ def test_the_tree_of_nodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangles()[0, ::-1], theirs.vertices[theirs.faces][0], atol=1e-6)
 
 
-def test_instances(tmp_path: Path) -> None:
+def test_gpu_instances_become_objects(tmp_path: Path) -> None:
     places = np.array([[0, 0, 0], [3, 1, 0], [-2, 0, 5]], np.float32)
     turns = Rotation.from_euler("xyz", [[0, 0, 0], [90, 0, 0], [0, 30, 60]], degrees=True)
     scales = np.array([[1, 1, 1], [2, 1, 1], [1, 1, -3]], np.float32)
@@ -236,7 +236,7 @@ def test_instances(tmp_path: Path) -> None:
     assert any("_ID: not used" in str(notice) for notice in world.notices)
 
 
-def test_hidden_nodes_are_said(tmp_path: Path) -> None:
+def test_hidden_nodes_are_omitted_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_node_visibility")
     hidden = {"KHR_node_visibility": {"visible": False}}
@@ -250,7 +250,7 @@ def test_hidden_nodes_are_said(tmp_path: Path) -> None:
     assert any("nodes[0]: hidden" in str(notice) for notice in world.notices)
 
 
-def test_the_default_scene(tmp_path: Path) -> None:
+def test_default_scene_is_shown_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     mesh = document.square()
     first, second = document.node(mesh=mesh, name="first"), document.node(mesh=mesh, name="second")
@@ -260,7 +260,7 @@ def test_the_default_scene(tmp_path: Path) -> None:
     assert any("scenes: number 1" in str(notice) for notice in world.notices)
 
 
-def test_compressed_geometry() -> None:
+def test_compressed_geometry_is_read() -> None:
     box = raycam.load(DATA / "BoxDraco" / "BoxDraco.gltf")
     np.testing.assert_allclose(box.bounds, [[-0.5] * 3, [0.5] * 3], atol=1e-3)
     assert trimesh.Trimesh(*_merged(box)).volume == pytest.approx(1, abs=3e-3)
@@ -279,7 +279,9 @@ def _merged(world: raycam.World) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("far", [{"zfar": 50.0}, {}], ids=["finite", "infinite"])
-def test_perspective(tmp_path: Path, far: dict[str, float]) -> None:
+def test_perspective_camera_has_the_projection_of_the_specification(
+    tmp_path: Path, far: dict[str, float]
+) -> None:
     fov, aspect = 0.7, 1.5
     lens = {"yfov": fov, "aspectRatio": aspect, "znear": 0.1, **far}
     document = Document()
@@ -302,7 +304,7 @@ def test_perspective(tmp_path: Path, far: dict[str, float]) -> None:
     assert in_front.tolist() == [True] * 4 + [False]
 
 
-def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) -> None:
+def test_orthographic_camera_shows_the_box_of_its_magnifications(tmp_path: Path) -> None:
     document = Document()
     lens = {"xmag": 3.0, "ymag": 1.5, "znear": 0.0, "zfar": 100.0}
     document.add("cameras", type="orthographic", orthographic=lens, name="plan")
@@ -321,7 +323,7 @@ def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) 
     assert seen.tolist() == [True] * 4 + [False]
 
 
-def test_an_orthographic_camera_of_negative_magnification_gets_a_notice(tmp_path: Path) -> None:
+def test_orthographic_camera_with_negative_magnification_gives_a_notice(tmp_path: Path) -> None:
     document = Document()
     lens = {"xmag": -1.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0}
     document.node(camera=document.add("cameras", type="orthographic", orthographic=lens))
@@ -331,7 +333,7 @@ def test_an_orthographic_camera_of_negative_magnification_gets_a_notice(tmp_path
     assert any("CAMERA_XMAG_YMAG_NEGATIVE" in str(notice) for notice in world.notices)
 
 
-def test_lights(tmp_path: Path) -> None:
+def test_punctual_lights_are_read(tmp_path: Path) -> None:
     document = Document()
     document.use("KHR_lights_punctual")
     lights = [
@@ -451,7 +453,7 @@ def test_faulty_camera_is_omitted_with_a_notice(tmp_path: Path, camera: dict[str
     assert omitted(world) == ["nodes[0].camera"]
 
 
-def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
+def test_non_integer_camera_index_is_omitted_with_a_notice(tmp_path: Path) -> None:
     document = Document()
     document.node(mesh=document.square(), camera="zero")
     world = load(document, tmp_path)
@@ -462,7 +464,7 @@ def test_camera_of_a_node_that_is_no_index_is_omitted_with_a_notice(tmp_path: Pa
 # Missing things -------------------------------------------------------------------------------------------
 
 
-def test_unknown_extensions(tmp_path: Path) -> None:
+def test_unknown_extensions_give_a_notice_or_are_refused_if_required(tmp_path: Path) -> None:
     document = Document()
     document.use("EXT_of_tomorrow")
     document.node(mesh=document.square())

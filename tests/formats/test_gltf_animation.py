@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from support.gltf_document import TRIANGLE, Document, animated, load
 
 
-def test_interpolation(tmp_path: Path) -> None:
+def test_keyframes_are_interpolated_as_specified(tmp_path: Path) -> None:
     times, places = [1, 2, 4], np.array([[0, 0, 0], [4, 0, 0], [4, 8, 0]], np.float32)
     tangents = np.array([[1, 2, 3], [0, -1, 0], [2, 0, 0]], np.float32)
     spline = np.stack([tangents, places, -tangents], 1).reshape(-1, 3)
@@ -41,7 +41,7 @@ def test_interpolation(tmp_path: Path) -> None:
             np.testing.assert_allclose(place(float(time), 2), curve(time), atol=1e-6)
 
 
-def test_rotations_turn_evenly_the_short_way(tmp_path: Path) -> None:
+def test_rotations_follow_the_shorter_arc_at_constant_speed(tmp_path: Path) -> None:
     ends = Rotation.from_euler("zx", [[0, 0], [170, 40]], degrees=True)
     from scipy.spatial.transform import Slerp
 
@@ -55,7 +55,7 @@ def test_rotations_turn_evenly_the_short_way(tmp_path: Path) -> None:
         np.testing.assert_allclose(turned, Slerp([0, 1], ends)(time).as_matrix(), atol=1e-6)
 
 
-def test_morph_targets_and_skins(tmp_path: Path) -> None:
+def test_morph_targets_and_skins_move_the_vertices(tmp_path: Path) -> None:
     up = np.array([[0, 0, 0], [0, 0, 1], [0, 2, 0]], np.float32)
     document = Document()
     mesh = document.mesh({"POSITION": TRIANGLE}, targets=[{"POSITION": document.accessor(up)}])

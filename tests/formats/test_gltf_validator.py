@@ -103,7 +103,7 @@ NOTICED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("code", NOTICED)
-def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
+def test_faults_without_effect_on_the_image_give_a_notice_with_their_code(tmp_path: Path, code: str) -> None:
     document = Document()
     document.node(mesh=document.square(name="red"))
     NOTICED[code](document)

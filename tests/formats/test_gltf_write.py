@@ -101,7 +101,7 @@ def full() -> Document:
     return document
 
 
-def test_round_trip(tmp_path: Path) -> None:
+def test_written_glb_shows_the_same_image(tmp_path: Path) -> None:
     first, second, notices = round_trip(full(), tmp_path)
     assert not notices
     for name in first.variants:
@@ -112,7 +112,7 @@ def test_round_trip(tmp_path: Path) -> None:
     np.testing.assert_allclose(pictures[1], pictures[0], atol=1e-5)
 
 
-def test_others_read_it(tmp_path: Path) -> None:
+def test_written_glb_is_read_by_trimesh(tmp_path: Path) -> None:
     world = raycam.load(full().save(tmp_path / "model.glb"))
     world.to_gltf(tmp_path / "written.glb")
     scene = trimesh.load(tmp_path / "written.glb")
@@ -209,7 +209,7 @@ def plainly(value: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-def test_materials_are_what_they_were(tmp_path: Path, name: str) -> None:
+def test_all_material_keys_are_restored(tmp_path: Path, name: str) -> None:
     """Every key of every extension that is read."""
     given = MATERIALS[name]
     if name.startswith("KHR"):
@@ -237,7 +237,7 @@ def test_materials_are_what_they_were(tmp_path: Path, name: str) -> None:
         assert name in json["extensionsUsed"]
 
 
-def test_images_stay_what_they_were(tmp_path: Path) -> None:
+def test_images_are_restored(tmp_path: Path) -> None:
     for bits, kind in ((8, np.uint8), (16, np.uint16)):
         pixels = np.random.default_rng(3).integers(0, 1 << bits, (4, 4), kind)
         file = io.BytesIO()
@@ -256,7 +256,7 @@ def test_images_stay_what_they_were(tmp_path: Path) -> None:
             np.testing.assert_allclose(np.asarray(found)[..., 0], pixels >> 8, atol=1)
 
 
-def test_a_world_built_by_hand(tmp_path: Path) -> None:
+def test_world_built_in_python_is_written_with_notices(tmp_path: Path) -> None:
     """z up, colours of faces, the lecture's material, sheared places, lights and cameras glTF does not have."""
     world = raycam.World()
     box = trimesh.creation.box()
@@ -348,7 +348,7 @@ def animated() -> Document:
     return document
 
 
-def test_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
+def test_animation_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
     world = raycam.load(animated().save(tmp_path / "model.glb"))
     assert not world.notices
     half, whole = world.at(0.5), world.at(1)
@@ -394,7 +394,7 @@ def test_animations_are_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(moment.triangles(), first.at(1.0).triangles(), atol=1e-6)
 
 
-def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
+def test_repeated_joints_of_a_vertex_are_merged(tmp_path: Path) -> None:
     """Some programs name a joint twice, which glTF forbids (3.7.3.3)."""
     document = Document()
     joints = np.array([[1, 0, 1, 0], [0, 0, 0, 0], [1, 1, 1, 1]], np.uint8)
@@ -420,7 +420,7 @@ def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
     ]
 
 
-def test_a_film_of_an_animation(tmp_path: Path) -> None:
+def test_video_plan_renders_an_animation(tmp_path: Path) -> None:
     from raycam.video import VideoPlan
 
     world = raycam.load(animated().save(tmp_path / "model.glb"))
@@ -476,7 +476,7 @@ BALL = {"sphere": {"radius": 1}, "name": "ball"}
     ],
     ids=range(12),
 )  # fmt: skip
-def test_what_glb_cannot_hold_is_told(
+def test_unsupported_content_gives_a_notice_on_writing(
     tmp_path: Path, change: Callable[[raycam.World], object], words: str
 ) -> None:
     plain, other = raycam.World(), raycam.World()

@@ -22,7 +22,7 @@ def floor(**style: object) -> np.ndarray:
     return raycam.render(world, camera, integrator="path", samples=64, max_depth=2)["color"]
 
 
-def test_an_array_of_bytes_is_srgb_and_floats_are_linear() -> None:
+def test_byte_arrays_are_srgb_and_float_arrays_are_linear() -> None:
     quarters = np.array([[0.1, 0.2], [0.4, 0.8]])
     texture = raycam.Texture(quarters, filter="nearest")
     assert floor(type="matte", texture=texture)[..., 0] == pytest.approx(quarters, abs=2e-3)
@@ -31,7 +31,7 @@ def test_an_array_of_bytes_is_srgb_and_floats_are_linear() -> None:
     assert floor(type="matte", texture=grey) == pytest.approx(linear, abs=2e-3)
 
 
-def test_a_texture_is_repeated_and_turned() -> None:
+def test_texture_is_repeated_and_rotated() -> None:
     stripes = raycam.Texture(np.array([[0.0, 1.0]]), filter="nearest", rotation=90)
     top, bottom = floor(type="matte", texture=stripes)[..., 0]
     assert sorted([top[0], bottom[0]]) == pytest.approx([0, 1], abs=1e-2)
@@ -40,7 +40,7 @@ def test_a_texture_is_repeated_and_turned() -> None:
     assert floor(type="matte", texture=fine) == pytest.approx(0.5, abs=0.05)
 
 
-def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
+def test_data_textures_are_not_converted_from_srgb(tmp_path: Path) -> None:
     Image.fromarray(np.full((2, 2), 128, np.uint8)).save(tmp_path / "half.png")
     world = raycam.World.from_dict(
         {
@@ -63,7 +63,7 @@ def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("tile", [0, 7])
 @pytest.mark.parametrize("compression", ["DWAA", "DWAB", "PIZ", "PXR24", "B44A", "ZIPS", "RLE"])
-def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, tile: int) -> None:
+def test_incompressible_exr_blocks_are_read(tmp_path: Path, compression: str, tile: int) -> None:
     """A block of an EXR that would not get shorter is stored as it is."""
     stored = np.random.default_rng(5).random((12, 12, 3)).astype(np.float16)
     header: dict[str, object] = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION")}
@@ -82,7 +82,7 @@ def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, ti
     assert seen == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_normal_map_turns_the_light() -> None:
+def test_normal_map_changes_the_lighting() -> None:
     tilted = np.array([[[128, 255, 128]]], np.uint8)
     flat = np.array([[[128, 128, 255]]], np.uint8)
     found = []
@@ -96,7 +96,7 @@ def test_a_normal_map_turns_the_light() -> None:
     assert found[1] < 0.2
 
 
-def test_what_is_no_image_is_refused() -> None:
+def test_invalid_textures_are_refused() -> None:
     world = raycam.World()
     for image, words in [
         (np.zeros((2, 2, 5)), fault("wrong_shape", "1..4")),
@@ -109,7 +109,7 @@ def test_what_is_no_image_is_refused() -> None:
         world.add_object(plane={}, textures={"roughness": raycam.Texture(np.zeros((2, 2)))})
 
 
-def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
+def test_distant_texture_is_averaged_and_near_texture_sharp_at_one_sample() -> None:
     world = raycam.World()
     checks = raycam.Texture(np.array([[0.0, 1.0], [1.0, 0.0]]), filter="nearest", repeat=500)
     world.add_object(plane={"size": 1000}, type="matte", texture=checks)
@@ -127,7 +127,7 @@ def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
     assert ((near < 0.02) | (near > 0.98)).mean() > 0.85
 
 
-def test_what_reading_an_image_has_to_say_is_a_notice(tmp_path: Path) -> None:
+def test_image_reader_notices_reach_the_world(tmp_path: Path) -> None:
     Image.fromarray(np.full((2, 2, 4), 100, np.uint8), "RGBA").save(tmp_path / "glass.png")
     world = raycam.World(folder=tmp_path)
     (tmp_path / "a.mtl").write_text("newmtl m\nmap_Kd glass.png\n")

@@ -68,7 +68,7 @@ def picture(world: raycam.World, **settings: Any) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("limit", [1, 5000, "100 KiB", "1 MiB", 1 << 40])
-def test_pictures_have_the_same_bytes_with_any_limit(folder: Path, limit: int | str) -> None:
+def test_texture_memory_does_not_change_the_image(folder: Path, limit: int | str) -> None:
     expected = picture(raycam.load(folder / "world.toml"))
     world = raycam.load(folder / "world.toml", texture_memory=limit)
     paged = any(notice.code == "exceeded_texture_memory" for notice in world.notices)
@@ -78,7 +78,7 @@ def test_pictures_have_the_same_bytes_with_any_limit(folder: Path, limit: int | 
             assert found.tobytes() == expected[name].tobytes(), f"{name} with {threads} threads"
 
 
-def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> None:
+def test_texture_memory_applies_to_every_image_format_and_arrays(folder: Path) -> None:
     for name in ("sheet.obj", "tile.glb"):
         world = raycam.load(folder / name, texture_memory=1000)
         assert "temporary file" in "".join(map(str, world.notices)), name
@@ -97,7 +97,7 @@ def test_every_kind_of_file_and_arrays_stay_within_the_limit(folder: Path) -> No
     assert by_hand[0].notices == by_hand[1].notices[1:]
 
 
-def test_a_picture_tells_what_it_read_back(folder: Path) -> None:
+def test_frame_reports_the_amount_of_texture_data_read_back(folder: Path) -> None:
     told = [
         raycam.render(raycam.load(folder / "world.toml", texture_memory=limit), CAMERA, samples=1).notices
         for limit in ("10 KiB", None)
@@ -106,7 +106,7 @@ def test_a_picture_tells_what_it_read_back(folder: Path) -> None:
     assert not any("read back" in str(notice) for notice in told[1])
 
 
-def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> None:
+def test_world_from_bytes_is_refused_beyond_texture_memory(folder: Path) -> None:
     whole = raycam.load(folder / "world.toml")
     fits = raycam.load(folder / "world.toml", texture_memory="64 MiB")
     assert fits.to_bytes() == whole.to_bytes()
@@ -117,7 +117,7 @@ def test_bytes_of_a_world_are_refused_where_they_would_not_fit(folder: Path) -> 
 
 
 @pytest.mark.parametrize("limit", [0, -1, "lots", "5 parsec", True, "0 MiB"])
-def test_a_limit_that_is_none_is_refused(limit: int | str) -> None:
+def test_invalid_texture_memory_is_refused(limit: int | str) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["texture_memory"]):
         raycam.World(texture_memory=limit)
 
@@ -133,7 +133,7 @@ def run(script: str, *arguments: str, **environment: str) -> Any:
     return json.loads(found.stdout)
 
 
-def test_a_disk_without_room_is_told_with_its_folder(folder: Path, tmp_path: Path) -> None:
+def test_full_disk_raises_with_the_temporary_folder(folder: Path, tmp_path: Path) -> None:
     script = """
 import json, resource, sys, raycam
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -153,7 +153,7 @@ except OSError as error:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_memory_stays_near_the_limit(tmp_path: Path) -> None:
+def test_process_memory_stays_near_the_limit(tmp_path: Path) -> None:
     """Twelve images of 2048 x 2048, 320 MiB with their mip maps, in 32 MiB and what one image takes to decode."""
     random = np.random.default_rng(0)
     texels = np.repeat(np.repeat(random.integers(0, 256, (512, 512, 3), np.uint8), 4, 0), 4, 1)

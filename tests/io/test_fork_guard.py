@@ -26,7 +26,7 @@ def ended_well(child: int) -> bool:
 
 
 @pytest.mark.parametrize("pause", [0.0, 0.02, 0.1])
-def test_a_child_of_a_building_process_renders(pause: float) -> None:
+def test_process_forked_while_building_a_world_renders(pause: float) -> None:
     rng = np.random.default_rng(4)
     corners = rng.uniform(-1, 1, (150_000, 3))
     world = raycam.World()
@@ -43,7 +43,7 @@ def test_a_child_of_a_building_process_renders(pause: float) -> None:
     assert ended_well(child)
 
 
-def test_the_thread_itself_may_fork() -> None:
+def test_thread_that_holds_the_guard_may_fork() -> None:
     with no_fork():
         child = os.fork()
         if child == 0:

@@ -15,7 +15,9 @@ from raycam.io.system_calls import parent_watch, read_at, sync, write_at
 
 
 @pytest.mark.parametrize("positioned", [True, False])
-def test_bytes_at_a_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, positioned: bool) -> None:
+def test_bytes_are_read_and_written_at_an_offset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, positioned: bool
+) -> None:
     if not positioned:  # as on Windows
         monkeypatch.delattr(os, "pread")
         monkeypatch.delattr(os, "pwrite")
@@ -29,7 +31,7 @@ def test_bytes_at_a_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, posit
         os.close(file)
 
 
-def test_windows_locks_leave_the_place_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_lock_keeps_the_file_position(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise every written file would begin with a MiB of zeros."""
     places = []
     fake = SimpleNamespace(
@@ -89,7 +91,7 @@ open(sys.argv[-1], "w").close()
 """
 
 
-def test_the_end_of_the_parent_is_seen(tmp_path: Path) -> None:
+def test_end_of_the_parent_process_is_detected(tmp_path: Path) -> None:
     seen = tmp_path / "seen"
     child = CHILD.replace("sys.argv[-1]", repr(str(seen)))
     with subprocess.Popen(

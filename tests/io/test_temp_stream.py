@@ -72,7 +72,7 @@ def run(folder: Path, one: JobPackage, pool: Any) -> Job:
     return job
 
 
-def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
+def test_bytes_are_restored_and_no_file_is_visible(tmp_path: Path) -> None:
     kept = TempStream(str(tmp_path), [b"ab", memoryview(b"cde")])
     kept.add(bytes(3 << 20))
     assert not list(tmp_path.iterdir())
@@ -83,7 +83,7 @@ def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
         assert kept.size == 5 + (3 << 20)
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_missing_temporary_folder_raises_with_its_name(tmp_path: Path) -> None:
     with pytest.raises(TempStreamError) as found:
         TempStream(str(tmp_path / "none"))
     assert found.value.errno == errno.ENOENT
@@ -91,7 +91,7 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pool", [InProcessPool, Pool, lambda: ProcessPool(2)])
-def test_files_in_pieces_are_those_made_at_once(
+def test_files_sent_in_pieces_equal_whole_files(
     tmp_path: Path, expected: dict[str, bytes], pool: Callable[[], Any]
 ) -> None:
     job = run(tmp_path / "a", package(), pool())
@@ -102,7 +102,7 @@ def test_files_in_pieces_are_those_made_at_once(
     assert list(job.verify()) == ["c/frame_0002.png"]
 
 
-def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected: dict[str, bytes]) -> None:
+def test_files_sent_in_pieces_are_restored_from_executors(tmp_path: Path, expected: dict[str, bytes]) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(2) as executor, make_pool(executor) as pool:
@@ -111,7 +111,7 @@ def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected
 
 
 @pytest.mark.parametrize("pool", [InProcessPool, lambda: ProcessPool(2)])
-def test_a_full_disk_is_no_fault_of_the_frame(
+def test_full_disk_does_not_count_as_a_failed_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, pool: Callable[[], Any]
 ) -> None:
     real, written = temp_stream.TemporaryFile, []
@@ -140,7 +140,7 @@ def test_a_full_disk_is_no_fault_of_the_frame(
     assert results(tmp_path / "a") == expected
 
 
-def test_workers_killed_amid_pieces_lose_nothing(
+def test_workers_killed_between_pieces_lose_no_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)

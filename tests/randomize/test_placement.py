@@ -72,6 +72,6 @@ def test_measures_of_outlines_equal_closed_forms() -> None:
     )
 
 
-def test_batches_cover_all_tries_once() -> None:
+def test_batches_cover_every_try_once() -> None:
     numbers = [number for first, last in placement._batches() for number in range(first, last)]
     assert numbers == list(range(placement.MAX_TRIES))

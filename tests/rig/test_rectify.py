@@ -24,7 +24,7 @@ def pair(turn: np.ndarray = TURN, step: np.ndarray = STEP) -> raycam.Rig:
     return raycam.Rig.of({"a": left, "b": right})
 
 
-def test_rotations_are_opencv_s() -> None:
+def test_rectifying_rotations_equal_opencv() -> None:
     rig = pair()
     R1, R2, *_ = cv2.stereoRectify(K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=-1)
     made = rig.rectified()
@@ -33,7 +33,7 @@ def test_rotations_are_opencv_s() -> None:
     np.testing.assert_allclose(made.baseline(), [np.linalg.norm(STEP), 0, 0], atol=1e-12)
 
 
-def test_points_are_where_opencv_s_maps_take_them() -> None:
+def test_rectified_points_equal_opencvs_maps() -> None:
     rig = pair()
     R1, R2, P1, P2, *_ = cv2.stereoRectify(
         K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=-1
@@ -50,7 +50,7 @@ def test_points_are_where_opencv_s_maps_take_them() -> None:
 
 
 @pytest.mark.parametrize("alpha", [-1.0, 0.0, 1.0])
-def test_the_maps_are_opencv_s(alpha: float) -> None:
+def test_rectification_maps_equal_opencv(alpha: float) -> None:
     rig = pair()
     R1, R2, P1, P2, *_ = cv2.stereoRectify(
         K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha
@@ -72,7 +72,7 @@ def test_the_maps_are_opencv_s(alpha: float) -> None:
         np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=6.2e-5)
 
 
-def test_the_middles_of_the_pictures_are_in_the_middle() -> None:
+def test_rectified_images_are_centred() -> None:
     rig = pair()
     made = rig.rectified()
     middle = np.array(SIZE) / 2 - 0.5
@@ -81,7 +81,7 @@ def test_the_middles_of_the_pictures_are_in_the_middle() -> None:
     assert made.rectified().mounts["left"].size == SIZE
 
 
-def test_the_second_camera_is_to_the_right() -> None:
+def test_rectification_requires_the_second_camera_on_the_right() -> None:
     for step in ([0.2, 0, 0], [0, -0.2, 0], [0.0, 0, 0]):
         with raises(raycam.CameraError, code="unsupported_camera"):
             pair(np.eye(3), np.array(step)[:, None]).rectified()
