@@ -69,7 +69,7 @@ def codes_in_rust(table: str) -> set[str]:
     ],
     ids=["notices", "errors"],
 )
-def test_codes_that_are_used_are_those_of_the_table(table: dict[str, codes.Code], used: set[str]) -> None:
+def test_used_codes_equal_the_table(table: dict[str, codes.Code], used: set[str]) -> None:
     assert sorted(used) == sorted(table)
 
 

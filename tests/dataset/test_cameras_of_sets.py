@@ -69,7 +69,7 @@ def test_replicator_reports_lenses_that_its_keys_cannot_represent(
     np.testing.assert_allclose(found.project(POINTS)[0] - camera.project(POINTS)[0], 0, atol=1e-6)
 
 
-def test_replicator_camera_is_read_from_its_aperture(tmp_path: Path) -> None:
+def test_replicator_camera_is_read_without_raycams_own_key(tmp_path: Path) -> None:
     camera = raycam.Camera.look_at(
         [3, 1, 2], [0, 0, 0.3], size=(64, 48), K=[[70, 0, 30], [0, 65, 25], [0, 0, 1]]
     )

@@ -128,7 +128,7 @@ def test_hdr_files_are_written_without_a_view_transform(tmp_path: Path) -> None:
     assert error.max() < 1 / 128
 
 
-def test_infinite_values_are_white_and_nan_is_black() -> None:
+def test_infinite_values_are_shown_as_the_largest_value_and_nan_as_black() -> None:
     inf, nan = np.inf, np.nan
     odd = np.array([[inf, 1, 1], [1, inf, 0], [inf, inf, inf], [-inf, nan, 0]])
     finite = np.array([[3e38, 1, 1], [1, 3e38, 0], [3e38, 3e38, 3e38], [0, 0, 0]])

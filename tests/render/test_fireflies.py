@@ -67,7 +67,7 @@ def fireflies(world: raycam.World, **options: Any) -> list[str]:
 
 
 @pytest.mark.parametrize("lamp", ["area 1", "point 1", "the object 'spark'"])
-def test_notice_names_the_light_and_the_object(lamp: str) -> None:
+def test_firefly_notice_names_the_light_and_the_object(lamp: str) -> None:
     world = room(lamp, MIRROR)
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
     ways = str(notice).split(": ", 2)[2].split(". ")[0].split("; ")
@@ -79,16 +79,16 @@ def test_notice_names_the_light_and_the_object(lamp: str) -> None:
         assert "'wall'" in way
 
 
-def test_matte_wall_has_none() -> None:
+def test_matte_wall_has_no_fireflies() -> None:
     assert not fireflies(room("area 1", {"color": [0.7] * 3}))
 
 
 @pytest.mark.parametrize("options", [{"samples": 64}, {"clamp": 1.0}, {"integrator": "direct"}])
-def test_silent_where_noise_is_expected_or_clamped(options: dict[str, Any]) -> None:
+def test_no_firefly_notice_with_few_samples_or_clamping(options: dict[str, Any]) -> None:
     assert not fireflies(room("area 1", MIRROR), **options)
 
 
-def test_picture_stays_the_same_bytes() -> None:
+def test_firefly_search_does_not_change_the_image() -> None:
     world = room("area 1", MIRROR)
     with collected():
         whole = raycam.render(world, CAMERA, integrator="path", samples=256, max_depth=6)
@@ -98,7 +98,7 @@ def test_picture_stays_the_same_bytes() -> None:
     np.testing.assert_array_equal(whole["color"][:24], part["color"])
 
 
-def test_share_of_the_brightest_sample() -> None:
+def test_brightest_sample_has_at_least_the_mean_share() -> None:
     """It is at least the mean share, 1 / samples, and all of a single sample; even light has the mean share."""
     world = room("area 1", MIRROR)
     even = raycam.World()
@@ -126,7 +126,7 @@ def test_share_of_the_brightest_sample() -> None:
                 assert (shares > 1.01 / samples).any()
 
 
-def test_bright_pixels_are_those_of_a_median_filter() -> None:
+def test_bright_pixels_equal_those_of_a_median_filter() -> None:
     """Beside SciPy's median of the eight neighbours."""
     light = np.random.default_rng(4).lognormal(0, 1.6, (40, 50)).astype(np.float32)
     around = np.ones((3, 3), dtype=bool)
@@ -140,7 +140,7 @@ def test_bright_pixels_are_those_of_a_median_filter() -> None:
     assert (np.diff(values) <= 0).all()
 
 
-def test_pixels_in_the_dark_are_none() -> None:
+def test_bright_pixels_of_a_dark_image_are_empty() -> None:
     color = np.zeros((9, 9, 3), dtype=np.float32)
     color[4, 4] = 5
     assert not len(bright_pixels(color))

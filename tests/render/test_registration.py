@@ -36,7 +36,7 @@ def scene(*, thing: bool, catcher: bool) -> raycam.World:
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_mask_and_depth_register_with_the_photograph(lens: dict[str, Any], tmp_path: Path) -> None:
+def test_mask_and_depth_align_with_the_photo(lens: dict[str, Any], tmp_path: Path) -> None:
     # As photogrammetry has it: cameras by way of a COLMAP model.
     raycam.save_cameras(tmp_path / "sparse", {"photo.png": taken(lens)}, "colmap")
     camera = next(iter(raycam.load_cameras(tmp_path / "sparse").values()))

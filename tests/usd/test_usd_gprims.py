@@ -49,7 +49,7 @@ SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_solids(tmp_path: Path, kind: str) -> None:
+def test_solid_primitives_are_closed_with_exact_bounds_and_volume(tmp_path: Path, kind: str) -> None:
     """Closed, as large as geometry has them, facing outwards, with the bounds that Pixar computes."""
     values, volume, size = SOLIDS[kind]
     made = stage(tmp_path / "a.usda")
@@ -88,7 +88,7 @@ def test_solids(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize(("axis", "size"), [("X", [0, 5, 2]), ("Y", [2, 0, 5]), ("Z", [2, 5, 0])])
-def test_a_plane(tmp_path: Path, axis: str, size: list[float]) -> None:
+def test_plane_primitive_has_its_size_and_axis(tmp_path: Path, axis: str, size: list[float]) -> None:
     made = stage(tmp_path / "a.usda")
     plane = UsdGeom.Plane.Define(made, "/plane")
     plane.CreateWidthAttr(2)

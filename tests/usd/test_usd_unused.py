@@ -105,7 +105,7 @@ CASES: dict[Callable[[Any, Path], None], tuple[str, str]] = {
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
-def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], None]) -> None:
+def test_unused_attributes_give_notices(tmp_path: Path, case: Callable[[Any, Path], None]) -> None:
     made = stage(tmp_path / "a.usda", up="Y")
     square(made)
     case(made, tmp_path)
@@ -114,7 +114,7 @@ def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], No
     assert all(fact in str(notice) for fact in CASES[case])
 
 
-def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:
+def test_plain_lights_and_cameras_give_no_notices(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     UsdLux.ShapingAPI.Apply(sphere(made).GetPrim()).CreateShapingConeAngleAttr(30.0)
@@ -125,7 +125,7 @@ def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("length", "stop", "focus"), [(50.0, 2.0, 4.0), (24.0, 16.0, 0.5)])
-def test_an_f_stop_is_an_aperture(tmp_path: Path, length: float, stop: float, focus: float) -> None:
+def test_f_stop_determines_the_aperture(tmp_path: Path, length: float, stop: float, focus: float) -> None:
     made = stage(tmp_path / "a.usda")
     square(made)
     camera = UsdGeom.Camera.Define(made, "/camera")

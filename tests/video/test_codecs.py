@@ -64,7 +64,7 @@ def test_decoded_gif_equals_the_images(tmp_path: Path, row: tuple[str, bool, boo
         assert codec.colorspace == (1 if "yuv" in CODECS[row].pixels else 0)
 
 
-def test_what_there_is_not_is_refused_and_says_what_there_is() -> None:
+def test_unsupported_codec_options_are_refused_with_the_supported_formats() -> None:
     with raises(SettingsError, code="cannot_write", mentions=[".mp4", ".mov", ".mkv", ".webm"]):
         codec_of(".mp4", lossless=False, alpha=True)
     with raises(SettingsError, code="cannot_write", mentions=[".webm", ".mov", ".mkv"]):
@@ -73,7 +73,7 @@ def test_what_there_is_not_is_refused_and_says_what_there_is() -> None:
 
 
 @pytest.mark.parametrize(("ending", "name"), [(".mp4", "an MP4"), (".webm", "a WebM")])
-def test_colours_of_two_pixels_need_even_sides(tmp_path: Path, ending: str, name: str) -> None:
+def test_subsampled_chroma_requires_even_sizes(tmp_path: Path, ending: str, name: str) -> None:
     codec = codec_of(ending, lossless=False, alpha=False)
     with raises(SettingsError, code="out_of_range", mentions=[name, "33 x 21", "34 x 22"]):
         open_encoder(tmp_path / f"a{ending}", (33, 21), 10, codec).__enter__()

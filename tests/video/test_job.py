@@ -55,7 +55,7 @@ def run(command: str) -> int:
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_the_file_is_that_of_one_go_whatever_the_order(tmp_path: Path, name: str) -> None:
+def test_resumed_video_equals_an_uninterrupted_one_in_any_order(tmp_path: Path, name: str) -> None:
     (tmp_path / "one").mkdir()
     write_video(world(), tmp_path / "one" / name, integrator="flat", samples=1)
     Job(job_folder(tmp_path / name), package()).run(Pool(), frames=[5, 2])
@@ -66,7 +66,7 @@ def test_the_file_is_that_of_one_go_whatever_the_order(tmp_path: Path, name: str
     assert not job_folder(tmp_path / name).exists()
 
 
-def test_an_interrupted_video_leaves_frames_and_no_file(tmp_path: Path) -> None:
+def test_interrupted_video_keeps_frames_and_writes_no_file(tmp_path: Path) -> None:
     def before(frame: int) -> None:
         if frame == 5:
             raise KeyboardInterrupt
@@ -84,7 +84,7 @@ def test_an_interrupted_video_leaves_frames_and_no_file(tmp_path: Path) -> None:
     assert (again.made, (tmp_path / "a.mp4").read_bytes()) == ([], first)
 
 
-def test_a_video_with_a_failed_frame_is_none(tmp_path: Path) -> None:
+def test_video_with_a_failed_frame_is_not_written(tmp_path: Path) -> None:
     def before(frame: int) -> None:
         if frame == 5:
             raise JobError("odd")
@@ -94,14 +94,14 @@ def test_a_video_with_a_failed_frame_is_none(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4.job"]
 
 
-def test_the_last_shard_makes_the_file(tmp_path: Path) -> None:
+def test_last_shard_writes_the_video(tmp_path: Path) -> None:
     assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(2, 2)) is None
     assert not (tmp_path / "a.mp4").exists()
     assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(1, 2)) == 8
     assert (tmp_path / "a.mp4").exists()
 
 
-def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> None:
+def test_video_job_supports_transparency_and_sound(tmp_path: Path) -> None:
     sound = write_wave(tmp_path / "a.wav", tone(0.5))
     one = film(transparent_background=True)
     assert make_video(one, tmp_path / "a.mkv", Pool(), audio=sound, keep_frames=True) == 8
@@ -132,7 +132,7 @@ def meanwhile(make: Callable[[], object]) -> tuple[Pool, list[object]]:
     return Pool(before), gave
 
 
-def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Path) -> None:
+def test_last_of_concurrent_shards_writes_the_video(tmp_path: Path) -> None:
     (tmp_path / "one").mkdir()
     make_video(film(), tmp_path / "one/a.mkv", Pool())
     path = tmp_path / "a.mkv"
@@ -152,7 +152,7 @@ def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("workers", "count"), [(["--workers", "2"], 3), ([], 1)])
-def test_low_priority_is_that_of_every_worker(here: Path, workers: list[str], count: int) -> None:
+def test_low_priority_applies_to_every_worker(here: Path, workers: list[str], count: int) -> None:
     # In a process of its own: what has given way cannot take it back.
     command = [
         sys.executable,
@@ -177,7 +177,7 @@ def niceness(pid: int) -> int:
     return os.getpriority(os.PRIO_PROCESS, pid)
 
 
-def test_commands_of_jobs(
+def test_job_commands_report_and_finish_shards(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video = "video box.toml -o frames --samples 1 --integrator flat"
@@ -242,7 +242,9 @@ def test_commands_of_jobs(
     ("number", "workers"),
     [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2"), (signal.SIGINT, "--cluster local:1")],
 )
-def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, workers: str) -> None:
+def test_interrupted_command_stops_cleanly_and_resumes(
+    here: Path, number: signal.Signals, workers: str
+) -> None:
     command = [sys.executable, "-m", "raycam"]
     command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 40 {workers}")
     process = subprocess.Popen(

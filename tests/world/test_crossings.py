@@ -68,7 +68,7 @@ def test_lines_cross_closed_meshes_an_even_number_of_times(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_crossings_are_those_of_fractions(name: str) -> None:
+def test_crossings_equal_exact_rational_arithmetic(name: str) -> None:
     world = SURFACES[name]
     targets = aims(world)
     random = np.random.default_rng(8)
@@ -90,7 +90,7 @@ def test_crossings_are_those_of_fractions(name: str) -> None:
         assert (np.diff(found["t"][part]) >= 0).all()
 
 
-def test_lists_counts_and_first_hits_agree() -> None:
+def test_intersections_counts_and_first_hits_agree() -> None:
     world = world_of(torus(), cube((-2, -2, -0.3), (2, 2, 0.3), 3), cube())
     random = np.random.default_rng(2)
     origins = random.normal(size=(4, 300, 3)) * 2
@@ -118,7 +118,7 @@ def test_lists_counts_and_first_hits_agree() -> None:
     np.testing.assert_array_equal(one, counts)
 
 
-def test_ranges_of_crossings_add_up() -> None:
+def test_crossings_in_adjacent_ranges_add_up() -> None:
     world = world_of(*(cube((-r, -r, -r), (r, r, r)) for r in (1, 1.5, 2, 2.5)))
     random = np.random.default_rng(6)
     origins, directions = random.normal(size=(2, 500, 3))
@@ -138,13 +138,13 @@ def test_ranges_of_crossings_add_up() -> None:
     assert world.count_intersections([0, 0, 0], [0, 0.2, 1], t_min=np.nextafter(1.5, 2), t_max=2) == 1
 
 
-def test_walls_that_are_close_are_all_crossed() -> None:
+def test_nearly_coincident_walls_are_all_crossed() -> None:
     world = world_of(cube((0, 0, 0), (5, 5, 5)), cube((5 + 2e-6, 0, 0), (10, 5, 5)))
     hits = world.intersections([-1, 2.5, 2.5], [1.0, 0, 0], fields=["t"])
     np.testing.assert_allclose(hits["t"], [1, 6, 6 + 2e-6, 11], rtol=1e-15)
 
 
-def test_open_duplicated_and_edge_on_surfaces() -> None:
+def test_open_duplicated_and_edge_on_surfaces_are_counted_consistently() -> None:
     sheet = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float), np.array([[0, 1, 2], [0, 2, 3]])
     world = world_of(sheet, sheet)
     x = np.linspace(0, 1, 5)
@@ -158,7 +158,7 @@ def test_open_duplicated_and_edge_on_surfaces() -> None:
     assert world.cast_rays(grid, [0, 0, -1.0])["instance"].min() == 0, "closed triangles have their borders"
 
 
-def test_filters_of_crossings() -> None:
+def test_crossings_can_be_filtered_by_object_and_side() -> None:
     world = raycam.World()
     for number, name in enumerate(["a", "b", "c"]):
         world.add_mesh(*cube((0, 0, 2 * number), (1, 1, 2 * number + 1)), name=name)
@@ -174,7 +174,7 @@ def test_filters_of_crossings() -> None:
         world.count_intersections(*ray, objects=[3])
 
 
-def test_odd_rays_cross_nothing() -> None:
+def test_invalid_rays_cross_nothing() -> None:
     world = world_of(cube())
     nan, inf = np.nan, np.inf
     origins = [[nan, 0.5, 0.5], [inf, 0.5, 0.5], [0.5, 0.5, 0.5], [0.5, 0.5, 0.5]]

@@ -29,7 +29,7 @@ def solid_angles(triangles: Floats, points: Floats) -> Floats:
     return angles
 
 
-def test_boxes_are_half_open() -> None:
+def test_inside_of_a_box_is_half_open() -> None:
     low, high = np.array([0.1, -0.3, 0.7]), np.array([1.1, 0.2, 1.9])
     world = world_of(cube(low, high, 3))
     steps = [0.0, 1 / 3, 0.5, 1.0]
@@ -43,7 +43,7 @@ def test_boxes_are_half_open() -> None:
     np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # bodies side by side fill space
 
 
-def test_unions_hollows_and_turned_bodies() -> None:
+def test_inside_handles_unions_hollow_and_inside_out_bodies() -> None:
     random = np.random.default_rng(1)
     points = random.uniform(-1, 3, (3000, 3))
     points[:1000] = np.round(points[:1000], 1)
@@ -73,7 +73,7 @@ def test_unions_hollows_and_turned_bodies() -> None:
 
 
 @pytest.mark.parametrize("offset", [0.0, 220e3])
-def test_far_cubes_and_placed_tori(offset: float) -> None:
+def test_inside_of_distant_cubes_and_transformed_tori_is_exact(offset: float) -> None:
     random = np.random.default_rng(3)
     world = world_of(cube((offset, 0, 0), (offset + 1, 1, 1)))
     points = random.uniform(-0.1, 1.1, (2000, 3)) + np.array([offset, 0, 0])
@@ -87,7 +87,7 @@ def test_far_cubes_and_placed_tori(offset: float) -> None:
     np.testing.assert_array_equal(ring.inside(around), np.abs(by_angles) > 0.5)
 
 
-def test_winding_numbers_of_open_meshes_are_solid_angles() -> None:
+def test_winding_numbers_of_open_meshes_equal_solid_angles() -> None:
     random = np.random.default_rng(9)
     vertices, faces = torus(24, 16)
     for share in (0.02, 0.3, 0.9):
@@ -112,7 +112,7 @@ def test_winding_numbers_of_open_meshes_are_solid_angles() -> None:
         )
 
 
-def test_topology() -> None:
+def test_topology_reports_closed_components_and_boundary_edges() -> None:
     world = raycam.World()
     box = cube((0, 0, 0), (2, 3, 4), 2)
     world.add_mesh(*box, name="box", scale=2)
@@ -143,7 +143,7 @@ def test_topology() -> None:
         world.topology("Kleyn")
 
 
-def test_inside_of_nothing() -> None:
+def test_inside_of_an_empty_world_and_nan_points_is_false() -> None:
     assert not raycam.World().inside([0, 0, 0])
     world = world_of(cube())
     assert world.inside([[np.nan, 0.5, 0.5], [0.5, 0.5, 0.5]]).tolist() == [False, True]
@@ -152,7 +152,7 @@ def test_inside_of_nothing() -> None:
         world.inside([0.5, 0.5])
 
 
-def test_hidden_objects_are_nowhere() -> None:
+def test_hidden_objects_are_ignored_by_point_queries() -> None:
     vertices, faces = cube()
     world = raycam.World()
     world.add_mesh(vertices, faces, name="closed")

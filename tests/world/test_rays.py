@@ -115,7 +115,7 @@ def test_rays_through_every_vertex_and_edge_hit() -> None:
                 assert np.allclose(hits["t"], 1.0, rtol=1e-12, atol=0)
 
 
-def test_hits_are_those_of_fractions() -> None:
+def test_hits_equal_exact_rational_arithmetic() -> None:
     random = np.random.default_rng(5)
     vertices, triangles = icosphere(1)
     world = ball(1)
@@ -141,7 +141,7 @@ SQUEEZED = {
 
 
 @pytest.mark.parametrize("name", SQUEEZED)
-def test_hits_of_squeezed_objects_are_those_of_fractions(name: str) -> None:
+def test_hits_of_flattened_objects_equal_exact_rational_arithmetic(name: str) -> None:
     random = np.random.default_rng(2)
     matrix = np.eye(4)
     matrix[:3] = np.column_stack([SQUEEZED[name], [0.3, 0.2, 5]])
@@ -154,7 +154,7 @@ def test_hits_of_squeezed_objects_are_those_of_fractions(name: str) -> None:
     assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
 
 
-def test_hits_of_grids_and_of_coplanar_triangles_are_those_of_fractions() -> None:
+def test_hits_of_grids_and_coplanar_triangles_equal_exact_rational_arithmetic() -> None:
     world = raycam.World()
     for location in ([0, 0, 0], [1, 0, 0], [0.5, 0.5, 1], [0.1, 0.3, 1]):
         world.add_object(box={"size": [1, 1, 1]}, location=location)
@@ -186,7 +186,7 @@ def test_rays_that_start_beyond_a_surface_do_not_hit_it(distance: float) -> None
     assert np.allclose(before["t"], distance, rtol=1e-3 * (1e-10 / distance) + 1e-6, atol=1e-15)
 
 
-def test_a_point_on_a_surface_is_seen_up_to_rounding() -> None:
+def test_surface_point_is_visible_up_to_rounding() -> None:
     world = ball(4)
     random = np.random.default_rng(3)
     eye = np.array([3.0, 2.0, 1.0])
@@ -197,7 +197,7 @@ def test_a_point_on_a_surface_is_seen_up_to_rounding() -> None:
     assert world.occluded(eye, seen - eye, 1 + 1e-9).all()
 
 
-def test_ranges_of_t() -> None:
+def test_t_min_and_t_max_are_inclusive_limits() -> None:
     world = raycam.World()
     for z in (1.0, 2.0, 3.0):
         world.add_object(plane={"size": [2, 2]}, location=[0, 0, z])
@@ -249,7 +249,7 @@ def test_hits_are_the_same_in_any_order_and_batch() -> None:
     assert np.array_equal(world.occluded(origins, directions), hits["instance"] >= 0)
 
 
-def test_fields_are_those_asked_for() -> None:
+def test_cast_rays_returns_the_requested_fields() -> None:
     world = raycam.World()
     world.add_object(
         plane={"size": [2, 2]}, matrix=np.diag([1, 1, -1, 1]), color=[0.2, 0.4, 0.6], category="floor"
@@ -281,7 +281,7 @@ def test_fields_are_those_asked_for() -> None:
         world.cast_rays([0, 0, 1], [0, 0, -1], fields=["t", "instanze"])
 
 
-def test_skip_leaves_out_where_a_ray_starts() -> None:
+def test_skip_ignores_the_triangle_at_the_start_of_a_ray() -> None:
     world = ball(3)
     random = np.random.default_rng(1)
     outer = random.normal(size=(500, 3)) * 5
@@ -304,7 +304,7 @@ def test_skip_leaves_out_where_a_ray_starts() -> None:
         world.cast_rays(outer, -outer, skip=(0, 0.5))
 
 
-def test_choice_of_objects_sides_and_surfaces() -> None:
+def test_rays_can_be_limited_to_objects_sides_and_surfaces() -> None:
     world = raycam.World()
     for z, name, material in ((3, "glass", {"type": "glass"}), (2, "lid", {}), (1, "floor", {})):
         world.add_object(plane={"size": [4, 4]}, location=[0, 0, z], name=name, **material)
@@ -334,7 +334,7 @@ def test_choice_of_objects_sides_and_surfaces() -> None:
         world.cast_rays(origins, directions, objects=[0], exact=False)
 
 
-def test_arrays_come_in_any_form() -> None:
+def test_ray_arrays_of_every_layout_are_accepted() -> None:
     world = ball(2)
     random = np.random.default_rng(8)
     eyes, ways = random.normal(size=(4, 1, 3)) * 3, random.normal(size=(5, 3))
@@ -387,7 +387,7 @@ def test_arrays_come_in_any_form() -> None:
     assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())
 
 
-def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
+def test_torch_tensors_are_exchanged_without_a_copy() -> None:
     torch = pytest.importorskip("torch")
     world = raycam.World()
     world.add_object(box={"size": 2})
@@ -405,7 +405,7 @@ def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
 
 
 @pytest.mark.parametrize("threads", [0, -2, 1.5, "all", True, 10**9])
-def test_numbers_of_threads_are_checked(threads: Any) -> None:
+def test_invalid_thread_counts_are_refused(threads: Any) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))
@@ -425,7 +425,7 @@ def test_numbers_of_threads_are_checked(threads: Any) -> None:
 
 
 @pytest.mark.parametrize("power", [-119, -100, 100, 123])
-def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
+def test_coordinates_beyond_float32_are_refused(power: int) -> None:
     world = raycam.World()
     world.add_object(box={"size": 2}, matrix=np.diag([2.0**power] * 3 + [1]))
     size = float(np.abs(world.triangles()).max())
@@ -439,7 +439,7 @@ def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
         huge.cast_rays([0, 0, 1], [0, 0, -1])
 
 
-def test_unknown_limits_of_rays_raise_with_the_valid_names() -> None:
+def test_unknown_ray_limits_raise_with_the_valid_names() -> None:
     world = raycam.World()
     world.add_object("box")
     ray = ([0.0, 0, 5], [0.0, 0, -1])

@@ -31,7 +31,7 @@ def fcl_penetration(world: raycam.World) -> float:
     return max(depths, default=0.0)
 
 
-def test_box_that_falls_on_a_table_lies_on_it() -> None:
+def test_box_that_falls_on_a_table_rests_on_it() -> None:
     world = raycam.World()
     world.add_object(name="table", box={"size": [1, 1, 0.1]})
     world.add_object(name="box", box={"size": [0.2, 0.1, 0.05]}, location=[0.1, 0, 0.3])
@@ -106,7 +106,7 @@ def test_processes_with_any_number_of_threads_return_the_same_bytes() -> None:
     assert run("1") == run("2")
 
 
-def test_seeds_differ_and_names_decide_the_draw() -> None:
+def test_settled_poses_depend_on_seed_and_object_names() -> None:
     def poses(seed: int) -> list[np.ndarray]:
         world, things = bin_of_parts(3)
         raycam.settle(world, things, into="bin", seed=seed)
