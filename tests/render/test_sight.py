@@ -164,7 +164,7 @@ def test_default_view_shows_slanted_planes(up: str) -> None:
         ({"type": "sun", "direction": [0, 0, -1], "irradiance": 1}, {"angular_diameter": 0.53}),
     ],
 )
-def test_solid_glass_with_a_point_light_gives_a_notice(solid: Any, light: Any, sized: Any) -> None:
+def test_solid_glass_with_a_light_without_size_gives_a_notice(solid: Any, light: Any, sized: Any) -> None:
     def spoken(light: Any, **glass: Any) -> bool:
         world = raycam.World()
         world.add_object(plane={"size": 9})

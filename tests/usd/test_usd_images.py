@@ -137,7 +137,7 @@ def test_image_without_texture_coordinates_is_one_color(tmp_path: Path, kind: st
     assert len(said) == (kind != "unread")
 
 
-def test_image_alpha_is_used_only_if_connected_to_opacity(tmp_path: Path) -> None:
+def test_unconnected_image_alpha_gives_no_notice(tmp_path: Path) -> None:
     # usd-wg/assets, McUsd: the colour is read from an image with alpha, which nothing asks for
     alpha = np.full((4, 8, 1), 128, np.uint8)
     write_image(tmp_path / "image.png", np.concatenate([PIXELS, alpha], axis=2))

@@ -155,7 +155,7 @@ def test_skinned_meshes_equal_openusds_baked_skinning(tmp_path: Path, case: str)
     assert np.abs(later.triangles() - world.triangles()).max() > 0.1
 
 
-def test_instances_of_a_skinned_model_keep_their_own_pose(tmp_path: Path) -> None:
+def test_instances_of_a_skinned_model_have_equal_shapes(tmp_path: Path) -> None:
     arm(tmp_path / "arm.usda", "joints").Save()
     made = stage(tmp_path / "a.usda")
     for number in range(2):

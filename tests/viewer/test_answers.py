@@ -42,7 +42,7 @@ def listening(world: raycam.World) -> tuple[Session, list[dict[str, Any]]]:
     return session, heard
 
 
-def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
+def test_answers_are_ordered_per_client_and_do_not_delay_others(
     slow: Slow, small_world: raycam.World
 ) -> None:
     all_answers = Answers()
@@ -58,7 +58,7 @@ def test_answers_of_a_client_come_in_its_order_and_others_do_not_wait(
     all_answers.close()
 
 
-def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: raycam.World) -> None:
+def test_answers_in_progress_and_in_the_queue_are_limited(slow: Slow, small_world: raycam.World) -> None:
     all_answers = Answers()
     clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
     for session, _ in clients:
@@ -75,7 +75,7 @@ def test_so_many_are_made_at_once_and_so_many_wait(slow: Slow, small_world: rayc
     assert len(slow.begun) == AT_ONCE
 
 
-def test_the_end_does_not_wait_for_long_and_stops_films(
+def test_close_stops_videos_without_a_long_wait(
     slow: Slow, small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(answers, "GRACE", 0.1)
@@ -91,7 +91,7 @@ def test_the_end_does_not_wait_for_long_and_stops_films(
     assert len(slow.begun) == 1
 
 
-def test_an_error_is_reported_and_the_next_answer_is_computed(
+def test_error_is_reported_and_the_next_answer_computed(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done: list[int] = []

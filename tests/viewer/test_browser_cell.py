@@ -175,7 +175,7 @@ def in_the_cell(tab: Tab, script: str) -> Any:
 
 
 @pytest.mark.parametrize("policy", ["", POLICY], ids=["default", "policy"])
-def test_the_widget_works_in_the_frames_of_vs_code(
+def test_widget_works_in_the_frames_of_vs_code(
     browser: Tab, address: str, small_world: raycam.World, tmp_path: Path, policy: str
 ) -> None:
     write_frames(tmp_path / "pages", policy)
@@ -219,7 +219,7 @@ def test_the_widget_works_in_the_frames_of_vs_code(
         kernel.views.close()
 
 
-def test_a_cell_without_a_kernel_shows_the_picture_and_one_that_lost_it_says_so(
+def test_cell_without_a_kernel_shows_the_image_and_reports_a_lost_kernel(
     browser: Tab, address: str, small_world: raycam.World, tmp_path: Path
 ) -> None:
     write_frames(tmp_path / "pages", "")

@@ -51,7 +51,7 @@ def said(tab: Tab) -> str:
     return shown
 
 
-def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
+def test_status_shows_rate_triangles_and_connection(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.images.refinement_of(session.view).change is not None)
     tab.wait("document.getElementById('status-change').textContent.includes(' % since ')")
@@ -61,7 +61,7 @@ def test_the_status_says_what_is_seen(tab: Tab, live: Server) -> None:
 
 
 @pytest.mark.parametrize("stops", [-13.5, 0.25, 16.0])
-def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
+def test_exposure_control_starts_at_the_exposure_of_the_world(tab: Tab, stops: float) -> None:
     world = raycam.World.from_dict({"object": [{"box": {"size": 1}}], "render": {"exposure": stops}})
     server = Server(lambda: Session(world, world.default_camera(), samples=2), port=0)
     try:
@@ -73,7 +73,7 @@ def test_the_exposure_is_that_of_the_world(tab: Tab, stops: float) -> None:
         server.close()
 
 
-def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server) -> None:
+def test_invalid_numbers_are_refused_with_name_and_range(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     before = session.view.camera
     for element, text, told in [
@@ -94,7 +94,7 @@ def test_what_is_typed_is_refused_with_its_name_and_range(tab: Tab, live: Server
     assert text_of(tab, "status-connection") == "connected"  # nothing of it was sent, which would be a strike
 
 
-def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
+def test_unchanged_numbers_keep_all_digits(tab: Tab) -> None:
     world = raycam.World()
     middle = np.array([1e6, -2e6, 500.0])
     world.add_object(box={"size": 1}, location=middle.tolist())
@@ -110,7 +110,7 @@ def test_numbers_that_nobody_changed_keep_all_digits(tab: Tab) -> None:
         server.close()
 
 
-def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) -> None:
+def test_keys_dolly_pan_and_frame_the_selected_object(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     for key, modifiers, way in [
         ("ArrowUp", SHIFT, lambda moved, camera: moved @ camera.forward > 0),
@@ -146,7 +146,7 @@ def test_keys_come_nearer_pan_and_frame_the_held_object(tab: Tab, live: Server) 
         press(tab, "Tab")
 
 
-def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
+def test_object_beyond_the_list_is_selected_by_a_click(tab: Tab) -> None:
     world = raycam.World()
     for i in range(1003):
         world.add_object(plane={"size": [0.5, 0.5]}, location=[i % 40, i // 40, 0], name=f"tile {i}")
@@ -165,7 +165,7 @@ def test_an_object_that_is_not_listed_is_chosen_by_a_click(tab: Tab) -> None:
         server.close()
 
 
-def test_a_new_session_draws_and_shows_as_the_page_says(tab: Tab, live: Server) -> None:
+def test_new_session_restores_the_settings_of_the_page(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     for box in ("show-grid", "show-cameras"):
         tab.evaluate(f"document.getElementById('{box}').click()")
@@ -182,7 +182,7 @@ def test_a_new_session_draws_and_shows_as_the_page_says(tab: Tab, live: Server) 
     )
 
 
-def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: Path) -> None:
+def test_unreadable_files_show_an_error(tab: Tab, live: Server, tmp_path: Path) -> None:
     opened(tab, live, SAMPLES)
     for name, data, told in [
         ("empty.png", b"", "empty.png is empty, or a folder: drop the files in it."),
@@ -202,7 +202,7 @@ def test_files_that_cannot_be_opened_are_told(tab: Tab, live: Server, tmp_path: 
     assert text_of(tab, "status-connection") == "connected"
 
 
-def test_a_narrow_page_needs_no_scrolling_sideways(tab: Tab, small_world: raycam.World) -> None:
+def test_narrow_page_has_no_horizontal_scrolling(tab: Tab, small_world: raycam.World) -> None:
     title = "a very long name of a world file that does not end soon.toml"
     server = Server(lambda: Session(small_world, small_world.camera("front"), samples=2, title=title), port=0)
     tab.show(360, 700)

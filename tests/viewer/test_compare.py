@@ -24,7 +24,7 @@ def images() -> tuple[Any, Any]:
     return pair[0], pair[1]
 
 
-def test_psnr_and_ssim_are_those_of_their_formulas() -> None:
+def test_psnr_and_ssim_equal_their_formulas() -> None:
     a, b = images()
     found = run_module(
         "image/similarity.js",
@@ -58,7 +58,7 @@ def test_psnr_and_ssim_are_those_of_their_formulas() -> None:
         ("relative", [0.5, 0.75, 0.0, None]),
     ],
 )
-def test_differences_have_a_sign_or_are_relative(kind: str, expected: list[float | None]) -> None:
+def test_differences_are_absolute_signed_or_relative(kind: str, expected: list[float | None]) -> None:
     found = run_module(
         "image/compare.js",
         "const plane = (...values) => ({ name: 'depth', dtype: 'float32', width: 4, height: 1, components: 1,"

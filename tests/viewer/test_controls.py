@@ -60,7 +60,7 @@ def test_removed_and_fixed_controls_are_refused(viewer: Viewer) -> None:
     assert viewer.controls.message()["controls"] == []
 
 
-def test_a_callback_that_raises_is_shown_and_the_next_one_is_called(
+def test_error_of_a_callback_is_shown_and_the_next_one_called(
     viewer: Viewer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     button = viewer.add_button("go")
@@ -139,7 +139,7 @@ def test_script_sets_the_camera_and_takes_screenshots(viewer: Viewer, small_worl
     assert np.array_equal(frame["color"], expected["color"])
 
 
-def test_a_view_in_a_cell_is_freed_with_its_output(small_world: raycam.World) -> None:
+def test_view_in_a_cell_is_released_with_its_output(small_world: raycam.World) -> None:
     pytest.importorskip("anywidget")
     viewer = raycam.view(small_world, cell=True)
     viewer._repr_mimebundle_()

@@ -99,7 +99,7 @@ def assert_gives_what_is_seen(session: Session, folder: Path) -> None:
 
 @pytest.mark.parametrize("camera", ["-first; one", "wide"])
 @pytest.mark.parametrize("said", [[], [ORBIT], [LATER], [LATER, ORBIT, DISPLAY]])
-def test_the_command_gives_the_picture_that_is_seen(
+def test_copied_command_renders_the_displayed_image(
     tmp_path: Path, camera: str, said: list[dict[str, Any]]
 ) -> None:
     path = tmp_path / "a world.toml"
@@ -112,7 +112,7 @@ def test_the_command_gives_the_picture_that_is_seen(
     assert_gives_what_is_seen(session, tmp_path)
 
 
-def test_a_command_whose_camera_the_video_places_says_so(tmp_path: Path) -> None:
+def test_copied_command_gives_a_notice_if_the_video_places_the_camera(tmp_path: Path) -> None:
     path = tmp_path / "w.toml"
     poses = [f"{{ time = {t}, target = [0, 0, 0], location = [{4 - t}, {t}, 1] }}" for t in (0, 2)]
     keys = f"keyframe = [{', '.join(poses)}]"
@@ -126,7 +126,7 @@ def test_a_command_whose_camera_the_video_places_says_so(tmp_path: Path) -> None
 
 
 @pytest.mark.filterwarnings("ignore::raycam.Notice")
-def test_the_command_names_the_variant(tmp_path: Path) -> None:
+def test_copied_command_contains_the_variant(tmp_path: Path) -> None:
     path = variant_square().save(tmp_path / "v.glb")
     world = raycam.load(path)
     session = Session(world, world.default_camera((48, 32)), samples=2, source=path)
@@ -134,7 +134,7 @@ def test_the_command_names_the_variant(tmp_path: Path) -> None:
     assert_gives_what_is_seen(session, tmp_path)
 
 
-def test_the_command_says_what_it_leaves_out(small_world: raycam.World) -> None:
+def test_copied_command_lists_omitted_changes(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="of a script")
     receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
     command, said = copied_command(session)

@@ -141,7 +141,7 @@ def answer(server: Server, request: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.proof)])
-def test_hostile_requests_get_nothing_and_change_nothing(
+def test_generated_hostile_requests_are_refused_without_effect(
     server: Server,
     client: Client,
     open_socket: Callable[..., ClientConnection],

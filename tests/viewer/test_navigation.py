@@ -113,7 +113,7 @@ def test_panning_moves_the_pivot_by_pixels() -> None:
         assert np.array_equal(shifted.R, camera.R)
 
 
-def test_flying_goes_along_right_up_and_forward() -> None:
+def test_flying_moves_along_right_up_and_forward() -> None:
     camera = pinhole()
     (flown,) = moved(camera, "move(camera, 1, 2, 3)")
     assert np.allclose(flown.C - camera.C, camera.R[0] + [0, 0, 2] + 3 * camera.forward)
@@ -244,7 +244,7 @@ def test_camera_of_the_server_does_not_undo_a_newer_move() -> None:
     assert (answered, seq) == (view_of(pinhole()).camera_message(4)["C"], 5)
 
 
-def test_dolly_asks_once_while_the_pointer_stays() -> None:
+def test_dolly_probes_once_while_the_pointer_rests() -> None:
     state = json.dumps(view_of(pinhole()).camera_message(4))
     kinds = run_module(
         "navigator.js",

@@ -109,7 +109,7 @@ def run_cell(tab: Tab, cell: str, code: str) -> list[str]:
     return found
 
 
-def test_every_figure_is_drawn_and_its_labels_are_apart(tab: Tab) -> None:
+def test_every_figure_is_drawn_without_overlapping_labels(tab: Tab) -> None:
     names = figures(tab)
     assert len(names) >= 31
     for name in names:

@@ -14,7 +14,7 @@ from support.viewer_page import place_of, text_of
 pytestmark = [pytest.mark.proof, needs_core]
 
 
-def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Path) -> None:
+def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, location=[0, 0, 1], color="red", name="ball")
     world.add_object(plane={"size": [8, 8]}, name="floor")
@@ -54,7 +54,7 @@ def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Pat
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
 
 
-def test_what_moves_before_a_rolling_shutter_is_explained_as_raycam_does(tmp_path: Path) -> None:
+def test_live_page_explains_a_rolling_shutter_as_raycam_does(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box")
     world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5], name="floor")
