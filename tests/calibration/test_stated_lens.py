@@ -130,7 +130,7 @@ def test_pose_with_only_rotation_or_translation_is_refused(tmp_path: Path, extra
             read(tmp_path, content)
 
 
-def test_a_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
+def test_pose_next_to_three_cameras_is_refused(tmp_path: Path) -> None:
     extra = {"R": POSE[:3, :3].tolist(), "T": [1, 2, 3]}
     with raises(FormatError, code="syntax", mentions=["a.json:1"]):
         read(tmp_path, {"a": CAMERA, "b": CAMERA, "c": CAMERA, **extra})

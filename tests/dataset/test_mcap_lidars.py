@@ -63,7 +63,7 @@ def car(name: str) -> raycam.Rig:
         ("livox-mid40", ["intensity", "tag", "line", "timestamp"]),
     ],
 )
-def test_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
+def test_point_clouds_have_the_fields_of_the_driver_and_lie_on_their_objects(
     name: str, fields: list[str], tmp_path: Path
 ) -> None:
     world, rig = street(), car(name)

@@ -109,7 +109,7 @@ def test_files_exist_with_their_sizes(folder: Path, tables: dict[str, list[dict[
     assert (folder / tables["map"][0]["filename"]).exists()
 
 
-def test_points_lie_on_the_world_and_are_counted_in_the_boxes(
+def test_points_lie_on_surfaces_and_are_counted_in_the_boxes(
     folder: Path, tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """From sensor over body to world, as in `LidarPointCloud` and `get_sample_data` of the devkit."""

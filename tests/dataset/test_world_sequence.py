@@ -132,6 +132,6 @@ def test_unknown_category_of_a_world_fails_with_its_name(tmp_path: Path) -> None
         write(worlds=make_world, count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)
 
 
-def test_an_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
+def test_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
     with raises(raycam.JobError, code="failed_frames"):
         write(worlds=iter([make_world(0)]), count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)

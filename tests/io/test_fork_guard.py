@@ -51,7 +51,7 @@ def test_thread_that_holds_the_guard_may_fork() -> None:
     assert ended_well(child)
 
 
-def test_a_fork_waits_for_other_threads() -> None:
+def test_fork_waits_for_other_threads() -> None:
     entered, left = threading.Event(), threading.Event()
     order: list[str] = []
 

@@ -58,7 +58,7 @@ def test_shift_is_measured_in_pixels_of_the_photograph() -> None:
     assert np.delete(shifts, 3).max() < 0.4
 
 
-def test_right_poses_and_uniform_surfaces_are_not_reported() -> None:
+def test_correct_poses_and_uniform_surfaces_give_no_notice() -> None:
     for texture in (noise(128), np.full((8, 8, 3), 120, np.uint8)):
         world = panel(texture)
         cameras, photos = shots(world, ring_of_places(4), size=(120, 120), samples=8)

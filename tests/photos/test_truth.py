@@ -121,7 +121,7 @@ def test_opengl_normals_have_y_and_z_reversed(tmp_path: Path) -> None:
     assert two[mask][:, 2].mean() > 0.3
 
 
-def test_front_ignores_surfaces_seen_from_behind(tmp_path: Path) -> None:
+def test_front_option_ignores_surfaces_seen_from_behind(tmp_path: Path) -> None:
     world = floor()
     world.add_mesh(
         [[-30, -30, 1], [-30, 30, 1], [30, 30, 1], [30, -30, 1]], [[0, 1, 2], [0, 2, 3]]

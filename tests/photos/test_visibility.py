@@ -67,7 +67,7 @@ def test_visibility_equals_brute_force(lens: dict) -> None:
     np.testing.assert_array_equal(found, matrix)
 
 
-def test_tiny_face_in_the_foreground_is_seen() -> None:
+def test_tiny_face_in_the_foreground_is_visible() -> None:
     world = raycam.World()
     world.add_object(plane={"size": [4, 4]})
     tiny = np.array([[0, 0, 1], [1e-5, 0, 1], [0, 1e-5, 1]])  # 1/3000 of a pixel
@@ -102,7 +102,7 @@ def test_half_hidden_square_has_the_fraction_of_its_area() -> None:
     assert seen.fraction[0] == pytest.approx(0.36, abs=0.02)
 
 
-def test_rolling_shutter_sees_from_where_its_line_was() -> None:
+def test_rolling_shutter_visibility_uses_the_position_of_each_line() -> None:
     world = raycam.World()
     world.add_mesh([[-0.01, -1.6, 0], [0.01, -1.6, 0], [0, -1.58, 0]], [[0, 1, 2]])
     world.add_mesh([[-0.7, -2, 1], [0.7, -2, 1], [0.7, 2, 1], [-0.7, 2, 1]], [[0, 1, 2], [0, 2, 3]])
@@ -135,7 +135,7 @@ def test_world_without_faces_is_refused() -> None:
         raycam.surface_visibility(raycam.World(), ring(1))
 
 
-def test_same_bytes_for_any_number_of_threads_and_camera_order() -> None:
+def test_visibility_does_not_depend_on_threads_or_camera_order() -> None:
     world, cameras = table(), ring(3)
     one = raycam.surface_visibility(world, cameras, threads=1)
     two = raycam.surface_visibility(world, cameras[::-1], threads=2)

@@ -31,7 +31,7 @@ PARTS = {
 }
 
 
-def test_dropped_objects_lie_in_the_tray() -> None:
+def test_dropped_objects_rest_in_the_tray() -> None:
     worlds = recipe(PARTS)
     counts = set()
     for number in range(3):

@@ -79,7 +79,7 @@ def test_points_on_lines_map_to_their_pixels():
     np.testing.assert_allclose(x[:, :2] / x[:, 2:], pixels, atol=1e-10)
 
 
-def test_a_point_at_infinity_is_the_direction_of_the_line():
+def test_point_at_infinity_is_the_direction_of_the_line():
     # With C at the origin, the fourth coordinate of P⁺ x is 0 for every pixel; with C beside the principal
     # axis, for the pixels whose rays are perpendicular to C.
     for C in ([0.0, 0.0, 0.0], [2.0, 0.0, 0.0]):

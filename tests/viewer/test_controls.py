@@ -25,7 +25,7 @@ def viewer(small_world: raycam.World) -> Any:
         yield made
 
 
-def test_values_come_from_clients_and_callbacks_are_called(viewer: Viewer) -> None:
+def test_control_values_of_clients_call_the_callbacks(viewer: Viewer) -> None:
     slider = viewer.add_slider("speed", min=1, max=5, value=2)
     box = viewer.add_checkbox("on")
     button = viewer.add_button("go")

@@ -204,7 +204,7 @@ def test_reduced_motion_jumps_to_the_end(tab: Tab) -> None:
     tab.wait(f"Number(document.querySelector('{selector} input').value) < 600")
 
 
-def test_pointing_at_an_arrow_highlights_its_symbol_everywhere(tab: Tab) -> None:
+def test_pointing_at_an_arrow_highlights_all_occurrences_of_its_symbol(tab: Tab) -> None:
     selector = show(tab, "project")
     x, y = tab.evaluate(
         f"""(() => {{
@@ -221,7 +221,7 @@ def test_pointing_at_an_arrow_highlights_its_symbol_everywhere(tab: Tab) -> None
     tab.wait("document.querySelectorAll('.lit').length === 0")
 
 
-def test_pointing_at_a_symbol_highlights_it_everywhere(tab: Tab) -> None:
+def test_pointing_at_a_symbol_highlights_all_its_occurrences(tab: Tab) -> None:
     show(tab, "matrix")
     tab.evaluate(
         "document.querySelector('var[data-symbol=K]').dispatchEvent(new Event('pointerover', { bubbles: true }))"
