@@ -51,7 +51,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("facts.ray.X.slice(0, 3)", "divide them by the fourth"),
         ("facts.ray.C", "a second point is needed"),
         ("rayOfPixel(facts.P, facts.pixel[1], facts.pixel[0]).XPrime", "column first"),
-        ("[0.3, -0.1, 0.2]", "Your point is seen at"),
+        ("[0.3, -0.1, 0.2]", "Your point is visible at"),
     ],
     "forward": [
         ("[...negated(v), along]", "points backward"),
@@ -63,7 +63,7 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[...v, 99]", "sum of the products"),
     ],
     "normal": [
-        ("negated(n)", "the order turns the sign"),
+        ("negated(n)", "the other order changes the sign"),
         ("n.map((value) => value / lengthOf(n))", "the length is not"),
         ("facts.found.edges[0]", "perpendicular to both edges"),
         ("cross(facts.found.edges[0], [1, 2, 3])", "n·(c - a) is not 0"),
@@ -98,10 +98,13 @@ MISTAKES: dict[str, list[tuple[str, str]]] = {
         ("[18]", "E = I cos"),
         ("[3]", "not by the distance"),
     ],
-    "cosine": [
-        ("[Math.cos(60)]", "radians"),
-        ("[Math.sin(Math.PI / 3)]", "This is sin 60°"),
-        ("[2]", "share is cos"),
+    "radiance": [
+        ("[1]", "light of one direction"),
+        ("[Math.PI]", "Divide by π"),
+        ("[2 / Math.PI]", "cos θ is missing"),
+        ("[(2 * Math.cos(60)) / Math.PI]", "radians"),
+        ("[(2 * Math.sin(Math.PI / 3)) / Math.PI]", "contains sin 60°"),
+        ("[2]", "First E = S cos θ"),
     ],
     "blocker": [
         ("[-0.4]", "behind the point"),
@@ -150,7 +153,7 @@ FIXED = {
     "refined": 14 * 4**3,
     "halving": math.log2(1024),
     "bulb": 18 * math.cos(math.pi / 3) / 3**2,
-    "cosine": math.cos(math.radians(60)),
+    "radiance": 0.5 / math.pi * 4 * math.cos(math.radians(60)),
     "blocker": 0.6,
     "noise": 16 * (0.08 / 0.02) ** 2,
     "throughput": 0.9 * 0.5 * 0.2,
@@ -279,7 +282,7 @@ CODE_MISTAKES = {
         ("return X;", "The result must be"),
     ],
     "normal": [
-        ("return cross(sub(b, a), sub(c, a));", "order turns the sign"),
+        ("return cross(sub(b, a), sub(c, a));", "other order changes the sign"),
         (
             "const n = cross(sub(c, a), sub(b, a)); return scale(1 / Math.sqrt(dot(n, n)), n);",
             "Do not divide",
