@@ -1,4 +1,4 @@
-"""Arguments: arrays, numbers, words; odd values of every public call."""
+"""Arguments: arrays, numbers and names; invalid values for every public call."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_size_of_checks_image_sizes() -> None:
 
 
 class Tensor:
-    """A tensor that has DLPack alone."""
+    """A tensor that supports only DLPack."""
 
     def __init__(self, values: object) -> None:
         self.values = np.asarray(values, dtype=np.float32)
@@ -120,7 +120,7 @@ ODD: list[Any] = [
 
 
 def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
-    """Calls of the public names, with arguments that are right."""
+    """Calls of the public functions with valid arguments."""
     world = raycam.World()
     world.add_object(vertices=VERTICES, triangles=TRIANGLES, name="a")
     world.add_object(box=1, name="b", location=[2, 0, 0])
@@ -306,7 +306,7 @@ def moving(folder: Path) -> Path:
 def test_invalid_arguments_are_accepted_or_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each argument of each call in turn: no exception of NumPy's or of an attribute, no warning but a notice."""
+    """For each argument of each call: only raycam's errors and notices, no errors of NumPy or missing attributes."""
     monkeypatch.chdir(tmp_path)
     faults = []
     for call, (function, right) in calls(tmp_path).items():
@@ -322,6 +322,6 @@ def test_invalid_arguments_are_accepted_or_refused_by_name(
                     except Exception as fault:
                         if "os.PathLike" not in str(fault) and "null byte" not in str(
                             fault
-                        ):  # Python's own words
+                        ):  # Python's own messages
                             faults.append(f"{call}({name}={value!r}): {fault!r}")
     assert faults == []

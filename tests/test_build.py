@@ -1,4 +1,4 @@
-"""The build: targets of the Makefile, prerequisites, what a wheel holds."""
+"""The build: targets of the Makefile, prerequisites, and the contents of a wheel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_make_without_a_target_lists_the_targets() -> None:
 
 @pytest.fixture
 def tools(tmp_path: Path) -> Path:
-    """A PATH with the machine's shell tools, and stand-ins for what is checked."""
+    """A PATH with the machine's shell tools, and stand-ins for the checked programs."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for name in ("bash", "sed", "sort", "head", "printf", "printenv", "mkdir", "rm", "cut", "dirname", "env"):

@@ -45,7 +45,7 @@ def error_codes_in_python() -> set[str]:
 
 
 def codes_of_settling() -> set[str]:
-    """The codes of crates/settle, which depends on no table."""
+    """The codes of crates/settle, which does not use the table."""
     text = (REPOSITORY / "crates" / "settle" / "src" / "error.rs").read_text(encoding="utf-8")
     return set(re.findall(r'=> "(\w+)"', text))
 

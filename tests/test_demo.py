@@ -13,7 +13,7 @@ from support.raises import raises
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """Runs the commands with few samples and small pictures; what was asked for."""
+    """Runs the commands with few samples and small images; returns the requested commands."""
     asked: list[list[str]] = []
     real = cli.main
 

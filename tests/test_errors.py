@@ -1,4 +1,4 @@
-"""Bad input gets a clear error: what was given, what was expected, and where."""
+"""Errors for invalid input contain the given value, the expected values and the location."""
 
 from __future__ import annotations
 

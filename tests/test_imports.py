@@ -1,4 +1,4 @@
-"""Imports: public names stay callable whatever is imported."""
+"""Imports: public names stay callable after any import."""
 
 from __future__ import annotations
 

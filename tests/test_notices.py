@@ -1,4 +1,4 @@
-"""Notices are warnings at the user's line, once for each cause, and errors where they are asked to be."""
+"""Notices are warnings at the user's line, once per cause, or errors on request."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from support.raises import raises
 
 @pytest.fixture
 def heard() -> Iterator[list[warnings.WarningMessage]]:
-    """The warnings that Python's own default filter lets through."""
+    """The warnings that pass Python's default filter."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("default")
         yield found
@@ -108,7 +108,7 @@ def test_strict_raises_only_inside_its_block(odd_obj: Path, heard: list[warnings
     raycam.load(odd_obj)
     assert len(heard) == 1
     with raycam.strict(), raises(raycam.Notice, code="dropped_geometry"):
-        raycam.load(odd_obj)  # although it has been warned of before
+        raycam.load(odd_obj)  # although the same warning was shown before
 
 
 def test_loading_in_a_user_thread_warns(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:

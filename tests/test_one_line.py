@@ -1,4 +1,4 @@
-"""Texts of objects that hold arrays: one line each, however large the arrays are."""
+"""Reprs of objects with arrays: one line each, for arrays of any size."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from raycam import progress
 
 
 def on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Makes stderr a terminal on which even short work is drawn, at once."""
+    """Makes stderr a terminal on which even short work is drawn immediately."""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
     monkeypatch.setattr(progress, "DRAW_AFTER_SECONDS", 0.0)
@@ -57,7 +57,7 @@ def test_progress_bar_shows_frame_rate_and_failures(
     clock = iter(range(0, 1000, 10))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
     with progress.frames_bar("views") as tell:
-        tell(10, 40, 0)  # ten were there already
+        tell(10, 40, 0)  # ten frames were finished before
         tell(19, 40, 1)
     first, last, *_ = [part for part in capfd.readouterr().err.split("\r") if part.strip()]
     assert "[=======>" in first

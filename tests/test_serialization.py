@@ -1,4 +1,4 @@
-"""Cameras and rigs are what their description says."""
+"""Cameras and rigs are equal if their descriptions are."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = {"camera": CAMERA, "rig": raycam.Rig.stereo(CAMERA, 0.123)}
 
 
 def moved(item: raycam.Camera | raycam.Rig) -> raycam.Camera | raycam.Rig:
-    """The same, a thousandth of a thousandth of a millimetre away."""
+    """The same object, moved by 1e-9 m."""
     return item.at_pose(item.R, item.C + np.array([1e-9, 0, 0]))
 
 
@@ -54,4 +54,4 @@ def test_user_subclass_pickles_as_itself() -> None:
 
 
 class Mine(raycam.Camera):
-    """Somebody's camera."""
+    """A user's subclass of Camera."""

@@ -1,4 +1,4 @@
-"""Labels against pictures of each object alone, closed forms and NumPy."""
+"""Labels compared with images of each object alone, closed forms and NumPy."""
 
 from __future__ import annotations
 
@@ -129,14 +129,14 @@ def test_ground_truth_uses_the_first_surface_or_the_first_solid_surface(pane: di
     np.testing.assert_allclose(solid["normal"][middle], [1, 0, 0], atol=1e-6)
     assert set(np.unique(solid["instance"])) == {-1, 0}
     labels = {item.name: item for item in raycam.label(world, camera)}
-    assert labels["box"].visible_fraction == 0.0  # the pane stands before it
+    assert labels["box"].visible_fraction == 0.0  # the pane is in front of it
     through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
     assert through[0].visible_fraction == 1.0
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 def test_labels_of_a_rolling_shutter_image_follow_each_line(direction: raycam.camera._optics.Readout) -> None:
-    """A bar that turns and slides meanwhile: each line's part of the mask is that of the world at the line's time."""
+    """A bar turns and slides: each line of the mask equals a mask of the world at the line's time."""
     world = raycam.World()
     world.add_object(box={"size": [2, 0.4, 0.2]}, name="bar", location=[0, 0, 5])
     keys = [{"time": 0, "object": "bar", "location": [-0.5, 0, 5], "yaw": 0}]

@@ -1,4 +1,4 @@
-"""Texture coordinates of meshes that have none."""
+"""Texture coordinates generated for meshes without any."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Baked maps against closed forms."""
+"""Baked maps compared with closed forms."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_ao_inside_a_sphere_is_zero_and_ao_under_a_disk_equals_the_closed_form()
     world.add_mesh(rim, faces)
     ao = raycam.bake(world, ["ao"], size=4, samples=4096)["ao"]
     assert ao.mean() == pytest.approx(1 - 1 / (1 + 0.7**2), abs=0.003)
-    # Nothing within half a metre.
+    # No surface is within half a metre.
     assert (raycam.bake(world, ["ao"], size=4, distance=0.5)["ao"] == 1).all()
 
 

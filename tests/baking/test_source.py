@@ -1,4 +1,4 @@
-"""Maps of a detailed source on a simple object, against closed forms and raycam's own shading."""
+"""Maps of a detailed source on a simple object, compared with closed forms and raycam's own shading."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def waves(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def wavy(cells: int = 120, thin: bool = False) -> raycam.World:
-    """The wavy surface, with `thin` and a parallel one 5 mm below that faces down."""
+    """The wavy surface; with `thin`, also a parallel surface 5 mm below that faces down."""
     side = np.linspace(-1.1, 1.1, cells + 1)
     x, y = (each.ravel() for each in np.meshgrid(side, side))
     corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
@@ -42,7 +42,7 @@ def wavy(cells: int = 120, thin: bool = False) -> raycam.World:
 
 
 def grid(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """The panel's x and y at the texels' centres."""
+    """x and y of the panel at the texel centres."""
     place = (np.arange(size) + 0.5) * 2 / size - 1
     return np.meshgrid(place, -place)
 

@@ -1,4 +1,4 @@
-"""`raycam bench`: its scenes, its rays, and how it says what it found."""
+"""`raycam bench`: its scenes, rays and report."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SMALL: dict[str, Any] = {"triangles": 5000, "size": (48, 40), "repeat": 1}
 def test_scenes_have_the_requested_size_and_vary_by_seed(name: str) -> None:
     for triangles in (20, 5_000, 40_000):
         scene = generate(name, triangles)
-        # A rock has 20 * 4^n.
+        # A rock has 20 * 4^n triangles.
         assert 0.5 <= len(scene.faces) / triangles <= 2.0 or triangles == 20
         assert scene.faces.min() == 0
         assert scene.faces.max() == len(scene.vertices) - 1
@@ -59,7 +59,7 @@ def test_rays_of_every_scene_agree_with_embree() -> None:
             assert row.count == 48 * 40
         else:
             assert 50 < row.count <= 48 * 40
-        # Embree is not watertight, and answers through edges are anybody's.
+        # Embree is not watertight, so hits of rays through edges may differ.
         assert (row.differ or 0) <= 0.005 * row.count
 
 

@@ -1,4 +1,4 @@
-"""Half-edited files: an empty value, a decimal comma, a renamed key, a row cut off. No lens vanishes in silence."""
+"""Half-edited files (empty value, decimal comma, renamed key, truncated row) never lose a lens without an error."""
 
 from __future__ import annotations
 

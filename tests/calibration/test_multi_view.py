@@ -1,4 +1,4 @@
-"""Cameras of benchmarks, NumPy's files, folders, and what is recognised and not read."""
+"""Cameras of benchmarks, NumPy files and folders, and files that are recognised but not supported."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_hot3d_cameras_are_read(tmp_path: Path) -> None:
         raycam.load_cameras(file)
 
 
-# OpenCV's calibrations as arrays, and packed ---------------------------------------------------------------
+# OpenCV's calibrations as arrays and compressed -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
@@ -208,7 +208,7 @@ def test_gzipped_opencv_storage_is_read(tmp_path: Path, ending: str) -> None:
         raycam.load_cameras(packed, size=SIZE)
 
 
-# Folders, mistakes, what is not read -----------------------------------------------------------------------
+# Folders, mistakes, unsupported files ----------------------------------------------------------------------
 
 
 def test_ros_stereo_pair_in_two_files_is_read_as_a_rig(tmp_path: Path) -> None:

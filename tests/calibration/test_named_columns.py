@@ -1,4 +1,4 @@
-"""Trajectories with a header: the names of the columns decide what the numbers are. SciPy judges."""
+"""Trajectories with a header, whose column names determine the order of the numbers; compared with SciPy."""
 
 from __future__ import annotations
 

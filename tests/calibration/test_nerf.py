@@ -1,4 +1,4 @@
-"""The NeRF family's transforms.json: lenses against OpenCV and pycolmap, notices, file names."""
+"""The NeRF family's transforms.json: notices, file names, and lenses compared with OpenCV and pycolmap."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_equirectangular_model_is_read_as_a_panorama(tmp_path: Path) -> None:
         tmp_path / "a.json", camera_model="EQUIRECTANGULAR", w=800, h=400, fl_x=400, fl_y=400, cx=400, cy=200
     )
     (camera,) = raycam.load_cameras(file).values()
-    # Straight ahead is the middle, a quarter turn right is a quarter of the width further.
+    # The forward direction is the image centre; 90 degrees to the right is a quarter of the width away.
     np.testing.assert_allclose(
         camera.project([[0, 0, 2.0], [3.0, 0, 0]])[0], [[400, 200], [600, 200]], atol=1e-9
     )
@@ -89,7 +89,7 @@ def test_ignored_keys_and_transforms_give_one_notice_each(tmp_path: Path) -> Non
 
 
 def test_written_panorama_has_the_rays_of_nerfstudio(tmp_path: Path) -> None:
-    """Rays by nerfstudio's cameras.py, `_generate_rays_from_coords`, for EQUIRECTANGULAR."""
+    """Expected rays: nerfstudio's cameras.py, `_generate_rays_from_coords`, for EQUIRECTANGULAR."""
     camera = raycam.Camera.equirectangular([1, 2, 3], yaw=40, pitch=10, size=(64, 32))
     raycam.save_cameras(tmp_path / "transforms.json", {"a": camera}, "nerf")
     text = json.loads((tmp_path / "transforms.json").read_text())

@@ -1,4 +1,4 @@
-"""OpenCV's calibrations in users' own words, against OpenCV's own projection."""
+"""OpenCV calibrations with the keys that users choose, compared with OpenCV's own projection."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POINTS = np.random.default_rng(3).uniform([-0.6, -0.4, 1.5], [0.6, 0.4, 3.0], (4
 
 
 def projected(distortion: npt.ArrayLike, fisheye: bool = False) -> npt.NDArray[Any]:
-    """The pixels of POINTS by OpenCV, of a camera at the origin."""
+    """The pixels of POINTS for a camera at the origin, by OpenCV."""
     zero = np.zeros(3)
     d = np.asarray(distortion, dtype=float)
     if fisheye:
@@ -92,7 +92,7 @@ def test_distortion_of_an_unknown_form_raises(tmp_path: Path, lens: dict[str, An
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, **lens}))
     with raises(FormatError, code="syntax", mentions=["a.json", next(iter(lens))]):
         raycam.load_cameras(file)
-    # Zeros change nothing, and a distance is no distortion.
+    # Coefficients of 0 have no effect, and `distance` is not a distortion.
     file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, "distorsions": [0, 0], "distance": 3}))
     assert raycam.load_cameras(file)["a"].model == "pinhole"
 
@@ -144,7 +144,7 @@ def test_four_coefficients_require_a_lens_model(tmp_path: Path) -> None:
     assert camera.model == "fisheye"
     with raises(FormatError, code="syntax", mentions=["f.json:1", "camera_model"]):
         raycam.load_cameras(stated, size=SIZE, model="opencv")
-    # Under dist* four numbers are OpenCV's own.
+    # Four numbers under keys dist* are the order of OpenCV.
     (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
 
@@ -341,7 +341,7 @@ def test_numpy_arrays_in_yaml_and_pickles_are_refused(tmp_path: Path) -> None:
 
 
 def test_file_of_opencvs_interactive_calibration_is_read(tmp_path: Path) -> None:
-    # Standard deviations of the coefficients are no lens; the size has a key of its own.
+    # Standard deviations of the coefficients are not read as a lens; the size has its own key.
     for ending in ("yml", "xml"):
         file = storage(
             tmp_path / f"a.{ending}",

@@ -1,4 +1,4 @@
-"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, against pycolmap and closed forms."""
+"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, compared with pycolmap and closed forms."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def test_errors_name_the_detected_format(tmp_path: Path, text: str, name: str) -
 
 
 def test_image_names_with_spaces_in_text_colmap_models_are_read(tmp_path: Path) -> None:
-    # A name is the rest of its line; COLMAP's own programs cut it at the first space.
+    # The name is the rest of its line; COLMAP's own programs read it only up to the first space.
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 640 480 500 500 320 240\n")
     names = ["my image.jpg", "sub folder/two  spaces.png", "d.JPG"]
     lines = [f"{i + 1} 1 0 0 0 0 0 {i} 1 {name}\n1 2 -1 3 4 5\n" for i, name in enumerate(names)]
@@ -224,7 +224,7 @@ def test_text_file_of_ros_camera_calibration_is_read(tmp_path: Path) -> None:
         assert list(cameras) == ["narrow_stereo/left"]
         assert cameras["narrow_stereo/left"].size == (640, 480)
         np.testing.assert_allclose(cameras["narrow_stereo/left"].project(points)[0], seen, atol=1e-6)
-    # Of a pair, both in one file: the baseline is in the second P.
+    # Both cameras of a pair in one file: the baseline is in the second P.
     R = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
     left = ost(K, d, np.eye(3), P)
     P[0, 3] = -0.25 * P[0, 0]

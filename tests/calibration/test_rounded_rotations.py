@@ -1,4 +1,4 @@
-"""Rotations of few digits: read, converted to the nearest rotation, and reported once. SciPy and OpenCV judge."""
+"""Rounded rotations are converted to the nearest rotation and reported once; compared with SciPy and OpenCV."""
 
 from __future__ import annotations
 

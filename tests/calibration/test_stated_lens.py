@@ -1,4 +1,4 @@
-"""Lens models and poses under the keys that people use: none is lost. OpenCV judges."""
+"""Lens models and poses under common keys are never lost; compared with OpenCV."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> Non
     focals = {"fx": 400.0, "fy": 401.0, "cx": 320.0, "cy": 240.0, "img_size": [640, 480]}
     cameras = read(tmp_path, {"skew": 2.5, "a": focals, "b": focals})
     assert [camera.K[0, 1] for camera in cameras.values()] == [2.5, 2.5]
-    # K[0, 1] is 0 there.
+    # K[0, 1] is 0 in this file.
     with raises(FormatError, code="syntax", mentions=["skew"]):
         read(tmp_path, {"skew": 2.5, "a": {"K": K, "img_size": [640, 480]}})
 

@@ -1,4 +1,4 @@
-"""The NeRF family, against closed forms: splits, apps, Gaussian splats, camera paths."""
+"""The NeRF family (splits, apps, Gaussian splats, camera paths), compared with closed forms."""
 
 from __future__ import annotations
 

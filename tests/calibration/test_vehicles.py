@@ -33,7 +33,7 @@ def quaternion(R: Array, sign: float = 1.0) -> list[float]:
 
 
 def nuscenes(folder: Path) -> list[tuple[Array, Array]]:
-    """Writes the tables of two pictures, a lidar among them, and returns R and C of their cameras in the world."""
+    """Writes the tables of two images and a lidar, and returns R and C of the cameras in the world."""
     mounts, egos = [pose(1), pose(2)], [pose(3), pose(4)]
     place = [{"rotation": quaternion(R.T, -1), "translation": C.tolist()} for R, C in mounts]
     lidar = {"token": "l", "sensor_token": "sl", "camera_intrinsic": [], **place[0]}
@@ -141,7 +141,7 @@ def test_waymo_cameras_are_read(tmp_path: Path, shape: str) -> None:
     R, C = pose(5)
     lens = (-0.3, 0.1, 0.001, -0.002, 0.01)
     key = "cameraCalibrations" if shape == "context" else "camera_calibrations"
-    # Its axes are x forward, y left, z up: the columns are those of OpenCV's z, -x and -y.
+    # Waymo's axes are x forward, y left, z up: OpenCV's z, -x and -y.
     vehicle_from_camera = four(np.column_stack([R[2], -R[0], -R[1]]), C)
     row = {
         "name": "FRONT",

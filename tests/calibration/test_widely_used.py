@@ -1,4 +1,4 @@
-"""The formats of widely used data sets and programs. NumPy, SciPy and OpenCV judge, by each project's own formulas."""
+"""Formats of widely used data sets and programs, compared with each project's formulas by NumPy, SciPy and OpenCV."""
 
 from __future__ import annotations
 
@@ -285,7 +285,7 @@ def test_aria_trajectories_and_calibrations_share_the_device(tmp_path: Path) -> 
     (rgb,) = cameras.values()
     np.testing.assert_allclose(rgb.R.T, device.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(rgb.C, [0.1, 0.2, 0.3])
-    # Without coefficients: the equidistant fisheye.
+    # Without coefficients, the lens is the equidistant fisheye.
     point = rgb.R.T @ [np.tan(0.5), 0, 1] + rgb.C
     np.testing.assert_allclose(rgb.project(point)[0], [600 * 0.5 + 700, 710], atol=1e-9)
     assert len(cameras.rigs) == 1

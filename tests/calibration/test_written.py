@@ -1,4 +1,4 @@
-"""Formats that raycam writes are read again; and the options of `raycam cameras`."""
+"""Formats that raycam writes and reads back, and the options of `raycam cameras`."""
 
 from __future__ import annotations
 
@@ -284,5 +284,5 @@ def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_pla
     np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
     told = raycam.save_cameras(
         tmp_path / "again.txt", {"P0": back}, "kitti"
-    )  # from infinity: it has no such plane
+    )  # the camera is at infinity, so it has no such plane
     assert not any("plane" in str(notice) for notice in told)

@@ -1,4 +1,4 @@
-"""The self-check, with OpenCV as the judge; and what it says where the judge is missing or the picture is wrong."""
+"""The self-check with OpenCV, and its result if OpenCV is missing or the image is wrong."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_opencv_recovers_the_camera_from_rendered_images(given: raycam.Camera, b
     assert found.detected.focal_error < 2e-3
     assert found.detected.center_error < 1.0
     assert found.detected.picture_error < 0.8
-    assert found.detector_bias < 0.02  # half a pixel would be seen
+    assert found.detector_bias < 0.02  # an error of half a pixel would be detected
     assert found.picture_largest < 1e-6
     assert found.cause == "detector"
     assert "the residual is the corner detector's" in str(found)
@@ -65,7 +65,7 @@ def test_opencv_recovers_the_camera_from_exact_projections(count: int) -> None:
         points.append(target.corners[seen])
         corners.append(pixels[seen])
     found = _calibrate(given, points, corners)
-    assert found.rms < 1e-4  # float32, which OpenCV takes corners in
+    assert found.rms < 1e-4  # OpenCV requires corners in float32
     assert found.picture_error < (2e-3 if count < 14 else 1e-2)
     assert found.focal_error < 1e-5
 
@@ -106,7 +106,7 @@ def test_board_views_cover_the_whole_image() -> None:
     pixels = np.concatenate([place.project(target.corners)[0] for place in target.cameras(given, 20)])
     inside = pixels[((pixels > 0) & (pixels < given.size)).all(axis=1)]
     cells = np.floor(inside / (np.array(given.size) / 6)).astype(int)
-    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36
+    assert len({tuple(cell) for cell in cells.tolist()}) >= 30  # of 36 cells
 
 
 def test_selfcheck_refuses_cameras_and_boards_without_an_opencv_equivalent(

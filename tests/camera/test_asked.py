@@ -1,4 +1,4 @@
-"""The front door: paths and words where objects are expected, data that comes along, and what objects print."""
+"""Paths and names in place of objects, bundled data, and the reprs of objects."""
 
 from __future__ import annotations
 

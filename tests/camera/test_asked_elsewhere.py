@@ -1,4 +1,4 @@
-"""Paths and names in place of worlds and cameras, in every function that takes them."""
+"""Paths and names in place of worlds and cameras, in every function that accepts them."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_impossible_view_raises_with_the_closest_attempt() -> None:
         raycam.sample(recipe)
     said = str(raised.value)
     share = float(said.partition("closest try shows ")[2].split()[0])
-    # A ball of radius 0.5 at 4 m, in a picture of 40 degrees by 4/3 of that.
+    # A ball of radius 0.5 at 4 m, in an image 40 degrees high with the aspect ratio 4/3.
     nearest = np.pi * 0.25 / 16 / (np.tan(np.radians(20)) ** 2 * 4 * 4 / 3)
     assert share == pytest.approx(nearest, rel=0.25)
     assert "it measures 1 x 1 x 1 m" in said

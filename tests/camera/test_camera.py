@@ -1,4 +1,4 @@
-"""Cameras, against OpenCV and SciPy."""
+"""Cameras, compared with OpenCV and SciPy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZE = (640, 480)
 
 
 def random_k(rng: np.random.Generator, skew: float = 0.0) -> np.ndarray:
-    """Unequal focal lengths and a principal point anywhere."""
+    """A random K with unequal focal lengths and any principal point."""
     fx, fy = rng.uniform(200, 2000, 2)
     cx, cy = rng.uniform(-200, 900, 2)
     return np.array([[fx, skew, cx], [0, fy, cy], [0, 0, 1]])
@@ -29,7 +29,7 @@ def random_camera(rng: np.random.Generator, **keys: object) -> raycam.Camera:
 
 
 def in_view(rng: np.random.Generator, camera: raycam.Camera, count: int) -> np.ndarray:
-    """World points in front of the camera, near and far, in and around the picture."""
+    """World points in front of the camera, near and far, inside and around the image."""
     depth = np.exp(rng.uniform(np.log(0.1), np.log(100), count))
     pixels = rng.uniform([-640, -480, 1], [1280, 960, 1], (count, 3))
     pixels[:, 2] = 1
@@ -100,7 +100,7 @@ def test_rays_of_all_pixels_pass_through_their_centres(pixel_center: str, offset
     assert origins.shape == directions.shape == (3, 5, 3)
     one = camera.rays([4 + offset, 2 + offset])[1]
     assert (directions[2, 4] == one).all()
-    # The principal point is the middle of the picture, whatever the convention.
+    # The principal point is the image centre in both pixel conventions.
     np.testing.assert_allclose(directions[1, 2], camera.forward, atol=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""Copies of cameras, against OpenCV where it has them."""
+"""Copies of cameras, compared with OpenCV where it has an equivalent."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_cropped_camera_shifts_the_pixels() -> None:
 
 
 def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
-    """OpenCV's rule for K [3, 3], of points of the plane z = 1 that the left, right, upper and lower sides show."""
+    """K [3, 3] by OpenCV's rule, from the points on the plane z = 1 along the four sides of the image."""
     made, everything = np.eye(3), np.concatenate(sides)
     for axis, last in ((0, 639.0), (1, 479.0)):
         first, second = (side[:, axis] for side in sides[2 * axis : 2 * axis + 2])
@@ -58,14 +58,14 @@ def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
 
 
 def border(columns: int, rows: int) -> list[np.ndarray]:
-    """The pixels [n, 2] of the left, right, upper and lower sides of the picture."""
+    """The pixels [n, 2] of the left, right, upper and lower sides of the image."""
     u, v = np.linspace(0, 639, columns), np.linspace(0, 479, rows)
     upright = [np.column_stack([np.full(rows, x), v]) for x in (0.0, 639.0)]
     return upright + [np.column_stack([u, np.full(columns, y)]) for y in (0.0, 479.0)]
 
 
 def undistort(pixels: np.ndarray, lens: np.ndarray) -> np.ndarray:
-    """Points [n, 2] of the plane z = 1, whose pixels are those by `cv2.projectPoints`."""
+    """Points [n, 2] on the plane z = 1 that `cv2.projectPoints` maps to these pixels."""
     found = (pixels - K[:2, 2]) / [K[0, 0], K[1, 1]]
     for _ in range(200):
         seen = cv2.projectPoints(
@@ -84,10 +84,10 @@ def test_undistorted_equals_opencvs_optimal_new_camera_matrix(balance: float, le
     ours = camera().replace(distortion=lens).undistorted(balance)
     theirs, _ = cv2.getOptimalNewCameraMatrix(K, lens, (640, 480), balance)
 
-    # Its own: nine points of each side, and five steps of its inverse of the lens, which are not all of it.
+    # OpenCV uses nine points of each side, and five iterations to invert the lens, which are not exact.
     nine = [cv2.undistortPoints(side[:, None], K, lens)[:, 0] for side in border(9, 9)]
     np.testing.assert_allclose(border_rule(nine, balance), theirs, atol=1e-9)
-    # Ours: the same rule of all points, with the inverse.
+    # raycam applies the same rule to all points, with the exact inverse.
     exact = [undistort(side, lens) for side in border(640, 480)]
     np.testing.assert_allclose(ours.K, border_rule(exact, balance), atol=1e-9)
     assert np.abs(ours.K - theirs).max() < 0.25
@@ -102,7 +102,7 @@ def test_undistorted_image_shows_only_pixels_of_the_original(lens: np.ndarray) -
     shown = given.undistorted(0.0).pixel_map(given).reshape(-1, 2)
     assert shown.min() > -1e-4
     assert (shown.max(axis=0) - [639, 479]).max() < 1e-4
-    # And nothing is given away: each side is reached.
+    # The image is used fully: each side is reached.
     assert (shown.min(axis=0) < 1e-3).all()
     assert (shown.max(axis=0) > [638.999, 478.999]).all()
 
@@ -164,7 +164,7 @@ def test_pose_and_size_are_accepted_in_either_order(name: str) -> None:
         make(K, world_from_camera=pose, size=np.array(size)),
         make(K, [640, 480], pose.tolist()),
     ]
-    # The third column is the body's z: OpenCV's forward, OpenGL's backward; the first the body's forward.
+    # The third column is z: forward in OpenCV, backward in OpenGL; the first is the body's forward axis.
     column, sign = {"from_opengl": (2, -1), "from_transform": (2, 1), "from_x_forward": (0, 1)}[name]
     for camera in made:
         assert camera.size == size

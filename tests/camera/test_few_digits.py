@@ -1,4 +1,4 @@
-"""A rotation of few digits is refused with the way on."""
+"""Rotations with too few digits are refused."""
 
 from __future__ import annotations
 

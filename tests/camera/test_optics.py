@@ -1,4 +1,4 @@
-"""Aperture, shutter and vignetting, against closed forms."""
+"""Aperture, shutter and vignetting, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def moments(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("blades", "spread"), [(0, 1 / 4), (6, 5 / 24), (4, 1 / 6)])
 def test_blur_of_a_point_has_the_variance_of_the_circle_of_confusion(blades: int, spread: float) -> None:
-    """A point at depth d blurs over the opening, as large as f R |1/d - 1/focus|: a uniform disc of radius r has the
-    variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
+    """A point at depth d is blurred to the shape of the aperture, with radius r = f R |1/d - 1/focus|: a uniform disc
+    has the variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
     """
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     sharp = camera_at()
@@ -77,7 +77,7 @@ def test_f_number_equals_the_aperture_radius() -> None:
 
 
 def test_motion_blur_of_a_moving_camera_has_the_closed_form_variance() -> None:
-    """Over the exposure the image goes f d / z pixels, evenly: the variance grows by that squared over 12."""
+    """During the exposure the image moves uniformly by s = f d / z pixels: the variance grows by s² / 12."""
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     moving = camera_at(-0.1).moving(camera_at(0.1), exposure=0.01)
     length = F * 0.2 / 4
@@ -92,7 +92,7 @@ def test_motion_blur_of_a_moving_camera_has_the_closed_form_variance() -> None:
 def test_rolling_shutter_by_rows_skews_vertical_lines(
     direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
-    """The row at the fraction g sees the camera g of the way: an upright line at depth z leans by f d / z in all."""
+    """Rows are read one after another, so a vertical line at depth z leans by f d / z over the whole image."""
     world = world_of([0.05, 9.0, 1e-4], [0, 0, 4])
     rolling = camera_at(-0.1).moving(camera_at(0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -108,7 +108,7 @@ def test_rolling_shutter_by_rows_skews_vertical_lines(
 def test_rolling_shutter_by_columns_skews_horizontal_lines(
     direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
-    """Each column is taken where the camera is then: a level line leans as an upright one does by rows."""
+    """Columns are read one after another, so a horizontal line leans."""
     world = world_of([9.0, 0.05, 1e-4], [0, 0, 4])
     rolling = camera_at(0, -0.1).moving(camera_at(0, 0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -169,7 +169,7 @@ def test_camera_with_parallel_rays_has_a_centre_at_infinity() -> None:
 
 @pytest.mark.parametrize("far", [0.0, 1e6])
 def test_positions_reproject_to_their_pixels_for_every_kind_of_camera(far: float) -> None:
-    """Pixel, ray, hit, and back, through every kind of camera."""
+    """From pixel to ray to hit and back to the pixel, for every kind of camera."""
     shift = np.array([far, -far, far])
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, location=np.add(shift, [0.2, 0.1, 4]).tolist())
@@ -203,7 +203,7 @@ def test_positions_reproject_to_their_pixels_for_every_kind_of_camera(far: float
 
 
 def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[raycam.World, raycam.Camera]:
-    """A white upright bar that slides to the right before a camera that sees 16 pixels a metre at its depth."""
+    """A white vertical bar that slides to the right in front of a camera with 16 pixels per metre at its depth."""
     world = raycam.World()
     bar = world.add_object(box={"size": [1.0, 9.0, 0.001]}, name="bar", type="unlit", color=[1, 1, 1])
     assert bar == 0
@@ -215,7 +215,7 @@ def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[r
 
 
 def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
-    """An edge that moves evenly by s pixels is a ramp of s pixels: a box seen through a box is a trapezium."""
+    """A uniform motion of s pixels blurs an edge to a ramp of s pixels, and a bar to a trapezium."""
     world, camera = sliding(speed=2.0)
     still = raycam.render(
         world.at(0.5), camera, samples=64, integrator="flat", channels=["color", "instance"]
@@ -228,12 +228,12 @@ def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
         channels=["color", "instance", "depth"],
     )
     light = seen["color"][..., 0].mean(axis=0)
-    # 16 pixels a metre: the bar is 16 wide and moves by 2 m/s for half a second, 16 pixels.
+    # 16 pixels per metre: the bar is 16 pixels wide and moves by 16 pixels (2 m/s for half a second).
     x = np.arange(128) - 63.5
     expected = np.clip((16 - np.abs(x)) / 16, 0, 1)
-    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the way, and noise
+    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the motion, and noise
     assert abs(light.sum() - still["color"][..., 0].mean(axis=0).sum()) < 0.1
-    # Labels are those of the middle.
+    # Labels show the middle of the exposure.
     assert (seen["instance"] == still["instance"]).all()
     assert (raycam.render(world, camera.exposing(0.5), samples=8, integrator="flat")["color"]
             == raycam.render(world, camera, samples=8, integrator="flat")["color"]).all()  # fmt: skip
@@ -251,7 +251,7 @@ def test_rolling_shutter_shows_a_moving_object_at_the_time_of_each_line() -> Non
         expected = np.abs(columns - middle[:, None]) < 8.0
         clear = np.abs(np.abs(columns - middle[:, None]) - 8.0) > 1e-6
         assert ((seen["instance"] == 0) == expected)[clear].all(), direction
-        # With an exposure, each line is the same line of the lean smeared, and its label stays.
+        # With an exposure, each line is blurred, and its label does not change.
         both = camera.exposing(0.25, readout=0.25, direction=direction)
         frame = raycam.render(
             world.at(0.5), both, samples=256, integrator="flat", channels=["color", "instance"]

@@ -1,4 +1,4 @@
-"""`raycam cameras`: the cameras that the options ask for, against OpenCV, and the errors of a first try."""
+"""`raycam cameras`: its options compared with OpenCV, and errors for common mistakes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def made(command: str, *, output: str = "out.yaml", format: str = "opencv") -> r
 
 def test_size_option_scales_the_intrinsics(folder: Path) -> None:
     (camera,) = made("calib.yaml --size 320x240").values()
-    # The edges stay: cv2.resize takes the pixel x to (x + 0.5) / 2 - 0.5.
+    # The image borders do not move: cv2.resize maps the pixel x to (x + 0.5) / 2 - 0.5.
     np.testing.assert_allclose(camera.K[:2, 2], (K[:2, 2] + 0.5) / 2 - 0.5, atol=1e-12)
     np.testing.assert_allclose(np.diag(camera.K)[:2], np.diag(K)[:2] / 2, atol=1e-12)
     assert camera.size == (320, 240)
@@ -114,7 +114,7 @@ def test_folder_opens_with_the_calibration_that_it_contains(
     told = capsys.readouterr().err
     assert "2 calibrations" in told
     assert "2026-11-27 left.yml (opencv), stereo.yaml (kalibr)" in told
-    # A name that stands for the whole goes first.
+    # The name of an existing folder takes precedence.
     (folder / "session/2026-11-27 left.yml").rename(folder / "session/calibration.yml")
     assert run("session") == 0
     (folder / "empty").mkdir()

@@ -1,4 +1,4 @@
-"""The command line: what it makes, and one clear line where it cannot."""
+"""The command line: its results, and errors in one line."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_render_options_reach_the_renderer(folder: Path) -> None:
     )
     assert run("render dim.toml -o dim.npz") == run("render dim.toml -o open.npz --no-ambient-occlusion") == 0
     with np.load("dim.npz") as dim, np.load("open.npz") as open_:
-        # One is an estimate, the other is not: pixel by pixel they differ by noise.
+        # Only one of the images is an estimate, so the pixels differ by noise.
         assert dim["color"].mean() < 0.99 * open_["color"].mean()
     assert sorted(os.listdir()) == [
         "a.npz",
@@ -140,7 +140,7 @@ def test_at_option_moves_an_animated_camera(folder: Path) -> None:
         assert run(f"render fly.glb --at {time} --size 64x64 --samples 1 --integrator flat") == 0
         with Image.open("fly.png") as image:
             red, green, _ = np.moveaxis(np.asarray(image), -1, 0)
-        # As wide as its distance says: 2 of 2 tan(0.5) z.
+        # Expected width: 2 of 2 tan(0.5) z.
         width = 64 / (np.tan(0.5) * (3 + 3 * time))
         assert np.count_nonzero(red > green) ** 0.5 == pytest.approx(width, abs=1.5)
 
@@ -466,7 +466,7 @@ def test_render_command_writes_an_image_per_rig_camera(
 
 
 def test_times_of_a_trajectory_move_the_world(folder: Path) -> None:
-    # A bar flies by while the camera stands; times as a clock has them, and one quaternion of another sign.
+    # A bar moves past a static camera; the times are clock times, and one quaternion has the opposite sign.
     bar = """
         [[object]]
         name = "bar"
@@ -542,5 +542,5 @@ def test_help_names_every_format(
     with pytest.raises(SystemExit):
         main([command, "--help"])
     help_text = capsys.readouterr().out.rpartition(option)[2].partition("\n  -")[0]
-    help_text = re.sub(r"-\n\s+", "-", help_text)  # lines break at hyphens
+    help_text = re.sub(r"-\n\s+", "-", help_text)  # the help breaks lines at hyphens
     assert [word for word in re.findall(r"[\w-]+", help_text) if word in formats] == list(formats)

@@ -1,4 +1,4 @@
-"""Looks from the command line: light, ground, background, sides, presets, and what is printed."""
+"""Look options of the command line (light, ground, background, sides, presets) and the printed messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames of any worker have the same bytes."""
+"""Frames have the same bytes on every kind of worker."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_frames_have_the_same_bytes_for_every_kind_of_worker(tmp_path: Path) -> 
     assert make(tmp_path / "two", 2) == whole
     with ThreadPoolExecutor(3) as executor:
         assert make(tmp_path / "threads", executor) == whole
-        assert executor.submit(int).result() == 0  # it stays open
+        assert executor.submit(int).result() == 0  # the executor stays open
     spawned = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
     assert make(tmp_path / "spawned", spawned) == whole
 
@@ -101,7 +101,7 @@ def test_in_process_pool_stops_during_a_frame(tmp_path: Path) -> None:
     pool = InProcessPool()
     once_at_work(pool.close)
     with raises(JobError, code="workers_lost"):
-        job.run(pool)  # all of it would take hours
+        job.run(pool)  # the whole frame would take hours
 
 
 @pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])

@@ -1,4 +1,4 @@
-"""Frames made by Dask: workers killed and stopped, answers that come twice."""
+"""Frames rendered by Dask, with killed and suspended workers and repeated results."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_frame_that_kills_its_workers_is_abandoned_alone(tmp_path: Path, dask_po
 
 
 def test_closed_dask_nannies_are_restarted(tmp_path: Path) -> None:
-    # A nanny ends when a process does not start in time, as on a machine under heavy load.
+    # A nanny exits if its process does not start in time, for example on a busy machine.
     async def end(pool: module.DaskPool) -> None:
         for nanny in pool._cluster.workers.values():
             await nanny.close(reason="nanny-start-failed")

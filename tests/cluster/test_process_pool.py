@@ -23,7 +23,7 @@ from support.job_frames import Pool, film, package, results
 from support.patience import PATIENCE, until
 from support.raises import raises
 
-# Workers are other processes: what they do differently is said in a file that Python runs when it starts.
+# Workers are other processes: a file that Python runs at startup changes their behaviour.
 POISON = """
 import os, sys
 if "raycam.cluster.process_worker" in sys.orig_argv:
@@ -62,7 +62,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
     def disturb() -> None:
         while len(pool.pids()) < 3:
             time.sleep(0.01)
-        os.kill(pool.pids()[2], signal.SIGSTOP)  # for ever: it holds the frame it is in
+        os.kill(pool.pids()[2], signal.SIGSTOP)  # suspended for ever during its frame
         for victim in (0, 1):
             if not over.wait(0.2):
                 os.kill(pool.pids()[victim], signal.SIGKILL)
@@ -135,11 +135,11 @@ def test_memory_limits_the_number_of_workers(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = ProcessPool(8)
     pool.open(package(), "")
-    assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
+    assert pool.slots() == 2 * 2  # 150 MiB each, within 90 % of the memory
     pool.close()
     pool = ProcessPool(8)
     monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
-    assert pool.slots() == 2  # one always
+    assert pool.slots() == 2  # at least one
     pool.close()
     assert [notice.code for notice in pool.notices] == ["unusable_worker"]
 
@@ -183,13 +183,13 @@ input()
     ) as parent:
         assert parent.stdout is not None
         pids = [int(pid) for pid in parent.stdout.readline().split()]
-        time.sleep(1.0)  # they are at their frames
+        time.sleep(1.0)  # they are rendering their frames
         parent.kill()
     until(lambda: not any(map(runs, pids)), "workers run still")
 
 
 def runs(pid: int) -> bool:
-    """True for a process that has not ended; one that ended may stay in the table until somebody asks for it."""
+    """True if the process has not ended; a zombie does not count as running."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):

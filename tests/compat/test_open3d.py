@@ -1,4 +1,4 @@
-"""`raycam.compat.open3d`: the calls of public code, under raycam and, where it is installed, under Open3D."""
+"""`raycam.compat.open3d`: calls from public code, run with raycam and, if installed, with Open3D."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ with_open3d = pytest.mark.skipif(not HAS_OPEN3D, reason="Open3D is not installed
     params=["raycam", pytest.param("installed", marks=with_open3d), pytest.param("open3d", marks=with_open3d)]
 )
 def o3d(request: pytest.FixtureRequest) -> Iterator[Any]:
-    """The module under which a test runs."""
+    """The module that a test uses as `open3d`."""
     if request.param == "raycam":
         yield compat
         return
@@ -194,7 +194,7 @@ FACES = np.array([[0, 1, 2], [0, 1, 3]], np.uint32)
 @pytest.mark.parametrize(
     ("vertices", "faces", "words"),
     [
-        # Numbers of quads would be read as those of other triangles, and parts of numbers cut off.
+        # Indices of quads would be read as other triangles, and fractions would be cut off.
         (SOLID, [[0, 1, 2, 3]] * 3, fault("invalid_settings", "triangle_indices", "[n, 3]", "[3, 4]")),
         (SOLID, [0, 1, 2], fault("invalid_settings", "[3]")),
         (SOLID, FACES + 0.5, fault("invalid_settings", "float64")),
@@ -309,7 +309,7 @@ def test_mesh_methods_equal_open3d(o3d: Any) -> None:
         np.testing.assert_allclose(numbers(mesh.get_max_bound()), [2, 1, 2], atol=1e-6)
         np.testing.assert_allclose(numbers(mesh.get_center()), [0, 0, -1], atol=1e-6)
     # The first corner's normal, (-6, -3, -2) / 7, rotated by 90 degrees and mirrored.
-    # Its weights are the areas 3, 3 / 2 and 1 of the triangles that meet there.
+    # The weights are the areas 3, 3 / 2 and 1 of the adjacent triangles.
     for normal in (legacy.vertex_normals[0], tensors.to_legacy().vertex_normals[0]):
         np.testing.assert_allclose(normal, np.array([3, -6, 2]) / 7, atol=1e-6)
     copied = tensors.to(o3d.core.Device("CPU:0")).clone().cpu()

@@ -1,4 +1,4 @@
-"""pyrender's names over raycam: the calls that people write, and the numbers of its formulas."""
+"""The stand-in for pyrender: common calls, and images compared with pyrender's formulas."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_depth_is_measured_at_pixel_centres_and_follows_poses() -> None:
     x, y = x / 2.5 * 3.5, y / 2.5 * 3.5
     front = (np.abs(x - 0.2) < 0.5) & (np.abs(-y - 0.1) < 0.5)
     assert (moved[front] == 3.5).all()
-    # The same, of a scene rendered for the first time.
+    # The same for a scene that is rendered for the first time.
     again, other = scene()
     other.matrix = shifted(0.2, 0.1, -1.0)
     fresh = pyrender.OffscreenRenderer(*SIZE).render(again)
@@ -130,7 +130,7 @@ def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
     near = pyrender.PerspectiveCamera(yfov=0.7, znear=2.6, zfar=3.4)
     made.main_camera_node = made.add(near, pose=BACK)
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.SKIP_CULL_FACES)
-    assert depth[24, 31] == 0  # the back at 3.5 is beyond
+    assert depth[24, 31] == 0  # the back face at 3.5 is beyond the far plane
     near.zfar = None
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.SKIP_CULL_FACES)
     assert depth[24, 31] == 3.5
@@ -138,7 +138,7 @@ def test_back_faces_are_culled_and_clipping_planes_apply() -> None:
 
 def test_colors_background_and_alpha_equal_pyrender() -> None:
     flags = pyrender.RenderFlags
-    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # whole numbers are of 255
+    with warns(raycam.Notice, code="implausible", mentions=["255"]):  # integers are relative to 255
         made = pyrender.Scene(bg_color=[1, 1, 1, 0])
     made.add(camera(), pose=BACK)
     color, _ = pyrender.OffscreenRenderer(*SIZE).render(made, flags.RGBA)
@@ -157,7 +157,7 @@ def test_colors_background_and_alpha_equal_pyrender() -> None:
         pyrender.Mesh.from_trimesh(trimesh.creation.box((3, 3, 0.1)), material=glass), pose=shifted(0, 0, 1)
     )
     color, depth = pyrender.OffscreenRenderer(*SIZE).render(made, flags.FLAT)
-    # Front and, culled away, back: one layer of half red over the box.
+    # The back face is culled, so one layer of half-transparent red covers the box.
     assert np.abs(color[24, 31].astype(int) - [228, 50, 25]).max() <= 1
     assert depth[24, 31] == np.float32(1.95)
     box.visual = trimesh.visual.ColorVisuals(box, face_colors=np.tile([[0, 255, 0, 255]], (12, 1)))
@@ -188,7 +188,7 @@ def test_spot_light_cone_and_shadows_have_the_expected_size() -> None:
     spot = pyrender.SpotLight(intensity=20.0, innerConeAngle=0.1, outerConeAngle=0.2)
     made.add(spot, pose=shifted(1, 0, 3))
     lit = renderer.render(made)[0].max(axis=-1) > 40
-    # A circle of radius 4 tan 0.2 on the floor, 4 away from lamp and camera.
+    # A circle of radius 4 tan 0.2 on the floor, at distance 4 from lamp and camera.
     _, columns = np.nonzero(lit)
     radius = 60 * np.tan(0.2)
     assert np.abs(np.mean(columns) + 0.5 - (31.5 + 60 / 4)) < 2
@@ -282,7 +282,7 @@ except ImportError:
 
 
 def test_camera_matrices_equal_those_of_raycam() -> None:
-    """Depth by the stand-in is the channel depth of a camera with the same K."""
+    """The stand-in's depth equals the channel `depth` of a camera with the same K."""
     made, _ = scene()
     made.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(2, 0.4)), pose=shifted(0.7, -0.2, 0.3))
     _, depth = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.SKIP_CULL_FACES)
@@ -305,7 +305,7 @@ def test_path_traced_matte_square_has_the_closed_form_brightness_and_shadows(
     square = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
     faces = [[0, 1, 2], [0, 2, 3]]
     made.add(pyrender.Mesh([pyrender.Primitive(square, indices=faces, material=matte)]), name="square")
-    # It hides the sun from the left half: the light comes from the left, and from above at 45 degrees.
+    # The blind shades the left half: the light comes from the upper left at 45 degrees.
     blind = pyrender.Primitive(
         [[-1.5, -2, 1], [-1, -2, 1], [-1, 2, 1], [-1.5, 2, 1]], indices=faces, material=matte
     )
@@ -317,13 +317,13 @@ def test_path_traced_matte_square_has_the_closed_form_brightness_and_shadows(
     monkeypatch.setattr(pyrender, "shading", "raycam")
     color, depth = pyrender.OffscreenRenderer(*SIZE).render(made)
     assert depth[24, 31] == 3.0
-    assert tuple(color[2, 31]) == (0, 0, 255)  # the background as it is
+    assert tuple(color[2, 31]) == (0, 0, 255)  # the background is unchanged
     linear = (color[24, 40] / 255.0) ** 2.2
     lit = 3.0 * np.sqrt(0.5) / np.pi * np.array([0.5, 0.25, 1.0])
-    more = linear - lit  # what a rough dielectric reflects besides: the same of all colours
+    more = linear - lit  # the specular reflection of a rough dielectric, equal in all channels
     assert (more > 0.005).all()
     assert (more < 0.02).all()
-    assert color[24, 24].max() < 60  # the shadow is lit by the back of the blind alone
+    assert color[24, 24].max() < 60  # the shadow is lit only by the back of the blind
     flat = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.FLAT)[0]
     assert np.abs(flat[24, 40].astype(int) - [128, 64, 255]).max() <= 1
     monkeypatch.setattr(pyrender, "shading", "blender")

@@ -1,4 +1,4 @@
-"""The public names of pyrender 0.1.45, and the share of them that raycam.compat.pyrender has."""
+"""The public names of pyrender 0.1.45, and the share of them in raycam.compat.pyrender."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def examples() -> dict[str, Any]:
 
 
 def viewer() -> Any:
-    """A viewer as its constructor leaves it, without the page."""
+    """A viewer after its constructor, without the page."""
     made = pyrender.Viewer.__new__(pyrender.Viewer)
     made.scene, made.viewport_size, made.run_in_thread = pyrender.Scene(), (640, 480), False
     made.render_flags, made.viewer_flags, made.registered_keys, made.render_lock = {}, {}, {}, None

@@ -1,4 +1,4 @@
-"""pyrender's values over raycam: bytes that pyrender 0.1.45 wrote over Mesa, its conversions, and its viewer."""
+"""Values of the stand-in for pyrender: image bytes recorded from pyrender 0.1.45, conversions, and the viewer."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def square(**options: Any) -> Any:
 def middle(
     mesh: Any, *, sun: float = 0.0, ambient: float = 0.0, flag: int = 0, turned: Any = None
 ) -> list[int]:
-    """The middle pixel of a picture of a mesh from (0, 0, 3)."""
+    """The middle pixel of an image of a mesh from (0, 0, 3)."""
     scene = pyrender.Scene(ambient_light=[ambient] * 3)
     scene.add(mesh, pose=turned)
     scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
@@ -55,7 +55,7 @@ def gamma(linear: float) -> int:
 
 
 def lambert(base: float, metallic: float, ambient: float = 0.0) -> float:
-    """The formula of the default program where sun, eye and normal are one, for roughness 1 and a sun of 3."""
+    """The default shader's formula if light, view and normal directions are equal, for roughness 1 and a light of 3."""
     f0 = 0.04 * (1 - metallic) + base * metallic
     diffuse = (1 - f0) * base * 0.96 * (1 - metallic) / np.pi
     return 3 * (diffuse + f0 / np.pi / 4.001) + base * ambient
@@ -69,13 +69,13 @@ def test_default_materials_equal_those_of_pyrender() -> None:
     assert (material.metallicFactor, material.roughnessFactor, material.alphaMode) == (0.2, 0.8, "BLEND")
     assert np.allclose(material.baseColorFactor, [0.3, 0.3, 0.3, 1])
     assert not made.is_transparent
-    # A material that is given takes the place of colours, and is copied.
+    # A given material replaces the colours, and is copied.
     colored = trimesh.Trimesh(grey.vertices, grey.faces, vertex_colors=[[255, 0, 0, 255]] * 3)
     given = Material(baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0)
     shown = pyrender.Mesh.from_trimesh(colored, material=given)
     given.baseColorFactor = [1.0, 0, 0]
     assert middle(shown, sun=3) == [gamma(lambert(0.5, 0.0))] * 3
-    # A simple material of trimesh is metal.
+    # trimesh's SimpleMaterial is converted to metal.
     visual = trimesh.visual.TextureVisuals(
         uv=np.zeros((3, 2)),
         material=trimesh.visual.material.SimpleMaterial(diffuse=[102, 102, 102, 255], Ns=0.0),
@@ -95,13 +95,13 @@ def test_occlusion_roughness_normal_and_color_textures_equal_pyrender() -> None:
     assert middle(square(material=shining)) == [gamma(0.25 * linear[0]), gamma(linear[1]), 0]
     occluded = Material(occlusionTexture=np.full((4, 4), 51, np.uint8))
     assert middle(square(material=occluded), ambient=1.0) == [gamma(0.2)] * 3
-    # Of an image G is the roughness and B the metal, of a texture R and G are.
+    # Roughness and metalness are G and B of an image, but R and G of a texture.
     rough = np.full((4, 4, 3), [0, 255, 0], np.uint8)
     sources = (rough, pyrender.Texture(source=rough[..., [1, 0, 0]], source_channels="RGB"))
     for source in sources:
         metal = Material(metallicRoughnessTexture=source, baseColorFactor=[0.5, 0.5, 0.5])
         assert middle(square(material=metal), sun=3) == [gamma(lambert(0.5, 0.0))] * 3
-    # A normal that the texture bends by 60 degrees to +u meets a sun that stands there as the plain one meets its own.
+    # A normal bent by 60 degrees to +u, lit from that direction, is as bright as the plain one lit from the front.
     bent = np.rint(127.5 * (1 + np.array([np.sqrt(0.75), 0, 0.5]))).astype(np.uint8)
     tilted = Material(
         normalTexture=np.tile(bent, (4, 4, 1)), baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0
@@ -359,7 +359,7 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
 
 
 def test_each_instance_of_a_mesh_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second image looks up each instance once."""
+    """Rendering a second image looks up each instance only once."""
     from raycam.compat.pyrender.picture import instances
 
     calls: list[int] = []

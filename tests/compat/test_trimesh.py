@@ -1,4 +1,4 @@
-"""`raycam.compat.trimesh`: the calls of public code, under raycam and, where it is installed, under trimesh."""
+"""`raycam.compat.trimesh`: calls from public code, run with raycam and, if installed, with trimesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ trimesh = pytest.importorskip("trimesh")
 
 @pytest.fixture(params=["raycam", "trimesh"])
 def engine(request: pytest.FixtureRequest) -> Iterator[str]:
-    """The engine under which a test runs."""
+    """The ray engine that a test uses."""
     if request.param == "trimesh":
         pytest.importorskip("embreex")
         yield request.param
@@ -156,7 +156,7 @@ def test_unsupported_names_of_trimesh_raise_with_an_alternative() -> None:
 
 @pytest.mark.parametrize("shape", ["tetrahedron", "box", "icosahedron"])
 def test_closest_triangle_faces_the_query_point(shape: str) -> None:
-    """Outside of a convex body, the side of the point is the sign of the triangle's normal."""
+    """Outside of a convex body, the point is on the front side of its closest triangle."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
     mesh = {
         "tetrahedron": lambda: trimesh.Trimesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]),
@@ -188,7 +188,7 @@ def test_closest_triangles_at_almost_equal_distance_equal_trimesh(nudge: float, 
     rng = np.random.default_rng(3)
     for faces in ([[0, 1, 2], [0, 1, 3]], [[0, 2, 1], [0, 1, 3]], [[0, 1, 2], [0, 3, 1]]):
         mesh = trimesh.Trimesh(corners, faces, process=False)
-        # Points at equal distance from both faces, and a little beside them.
+        # Points at equal distance from both faces, and slightly displaced ones.
         across, along = rng.uniform(0.2, 0.6, (2, 20)) * size
         points = np.column_stack([-across + nudge, along, -across])
         expected = trimesh.proximity.closest_point(mesh, points)

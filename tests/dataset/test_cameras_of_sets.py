@@ -1,4 +1,4 @@
-"""The folder of a data set opens as its cameras."""
+"""The cameras of a data set, read from its folder."""
 
 from __future__ import annotations
 

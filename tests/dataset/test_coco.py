@@ -1,4 +1,4 @@
-"""COCO read back by its own tools."""
+"""COCO data sets, read back by pycocotools."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""COLMAP read back by pycolmap."""
+"""COLMAP data sets, read back by pycolmap."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_colmap_data_set_is_read_by_pycolmap(tmp_path: Path, options: dict[str, 
 
 
 def test_colmap_omits_points_behind_a_wide_lens(tmp_path: Path) -> None:
-    """COLMAP has no image of that, though the lens has one."""
+    """COLMAP does not project points behind the camera, although the lens does."""
     k = [[20, 0, 31.5], [0, 20, 23.5], [0, 0, 1]]
     cameras = [
         raycam.Camera(k, camera.R, camera.C, SIZE, distortion=[0.0, 0, 0, 0], model="fisheye")
@@ -72,7 +72,7 @@ def test_colmap_omits_points_behind_a_wide_lens(tmp_path: Path) -> None:
 
 
 def test_colmap_contains_the_requested_number_of_points(tmp_path: Path) -> None:
-    """However many views share them; every observation is in the picture's line and in the point's."""
+    """The number does not depend on the views; each observation is listed with its image and its point."""
     write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
     assert read.num_points3D() == 1500

@@ -1,4 +1,4 @@
-"""Tracks of points in pictures, against a matrix in memory."""
+"""Tracks of points in images, compared with a matrix in memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Data sets of every kind: the same files from the same call, in shards too, and what is refused before it begins."""
+"""Data sets of every format: equal calls write equal files, also in shards; invalid calls are refused early."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_equal_calls_and_resumed_calls_write_the_same_files(tmp_path: Path, name
     whole = read(tmp_path / "a")
     assert read(tmp_path / "b") == whole
 
-    # Stopped after the first unit of work, it goes on where it was.
+    # Interrupted after the first unit of work, the data set is resumed.
     class Stop(Exception):
         pass
 

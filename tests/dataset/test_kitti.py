@@ -1,4 +1,4 @@
-"""KITTI read back."""
+"""KITTI data sets, read back."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_kitti_data_set_equals_the_ground_truth(tmp_path: Path) -> None:
             assert 0 <= truncated <= 1
             assert occluded in (0, 1, 2)
             assert alpha == pytest.approx((ry - np.arctan2(x, z) + np.pi) % (2 * np.pi) - np.pi, abs=1e-5)
-            # The box as KITTI's development kit draws it: computeBox3D.m.
+            # The box as in KITTI's development kit, computeBox3D.m.
             turn = np.array([[np.cos(ry), 0, np.sin(ry)], [0, 1, 0], [-np.sin(ry), 0, np.cos(ry)]])
             corners = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-1, 0) for k in (-0.5, 0.5)]) * [
                 length,

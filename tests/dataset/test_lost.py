@@ -1,4 +1,4 @@
-"""Values beyond the integers of a format, and pictures named as their source."""
+"""Values beyond the range of a format, and images named after their source."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from support.box_table import picture
 
 
 def wall(depth: float) -> raycam.World:
-    """A wall across the left half of the picture at `depth` metres, and one across the right half at 3 m."""
+    """A wall across the left half of the image at `depth` metres, and a wall across the right half at 3 m."""
     world = raycam.World()
     for x, z in ((-500.0, depth), (500.0, 3.0)):
         world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")
@@ -26,7 +26,7 @@ def wall(depth: float) -> raycam.World:
 
 
 def told(result: Any) -> list[str]:
-    """The notices of a data set but that its world has no lights."""
+    """The notices of a data set, except the one about missing lights."""
     return [notice for notice in result.notices if notice.code != "default_lights"]
 
 
@@ -54,7 +54,7 @@ def test_depth_beyond_the_range_of_a_format_gives_a_notice(
     assert picture(tmp_path / "out" / folder)[24, 5] == 0
     (notice,) = told(beyond)
     assert f"beyond {limit:.6g}" in str(notice)
-    # Half of the picture's pixels show the far wall.
+    # Half of the image's pixels show the far wall.
     assert "1536 of 3072 pixels with a value (50 %)" in str(notice)
     if format != "kitti":
         wider = write(wall(limit * 1.001), tmp_path / "wide", format, cameras=[ahead()], depth_scale=2 * unit)
@@ -174,7 +174,7 @@ def test_times_after_the_end_of_the_motion_give_a_notice(tmp_path: Path, start: 
 def test_some_times_outside_of_the_video_give_a_notice_with_their_count(
     tmp_path: Path, times: list[float], many: str
 ) -> None:
-    # milliseconds for seconds, and an offset that was added twice
+    # milliseconds instead of seconds, and an offset added twice
     world = wall(3.5)
     world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
     (notice,) = told(write(world, tmp_path, "coco", cameras=[ahead()] * 3, times=times))
@@ -190,7 +190,7 @@ def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> N
     names = [row["file_name"] for row in rows]
     assert names[0] == "IMG.png"
     assert names[3] == "left/img.png"
-    assert len({name.casefold() for name in names}) == 4  # as a Mac or Windows keeps them
+    assert len({name.casefold() for name in names}) == 4  # as on file systems that ignore case
     assert all((tmp_path / "coco/images" / name).exists() for name in names)
 
 

@@ -98,7 +98,7 @@ def test_bag_contains_the_rendered_images(tmp_path: Path) -> None:
 
 
 def test_folder_is_a_ros_2_bag(tmp_path: Path) -> None:
-    # rosbags reads MCAP by itself, and has the definitions of the messages of its own.
+    # rosbags has its own MCAP reader and message definitions.
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     rig = {"body": raycam.Rig.stereo(cameras()[0].pinhole(), 0.1)}
@@ -107,7 +107,7 @@ def test_folder_is_a_ros_2_bag(tmp_path: Path) -> None:
     found: dict[str, Any] = {}
     with rosbag2.Reader(tmp_path / "bag") as reader:
         assert reader.message_count == 14
-        assert reader.duration == 1  # one moment, and the end is after it
+        assert reader.duration == 1  # a single time; the end is 1 ns later
         for connection, stamp, raw in reader.messages():
             found[connection.topic] = store.deserialize_cdr(raw, connection.msgtype)
             assert stamp == 10**9
@@ -125,7 +125,7 @@ def test_folder_is_a_ros_2_bag(tmp_path: Path) -> None:
 
 
 def matrix_of(transform: Any) -> np.ndarray:
-    """The matrix [4, 4] of a geometry_msgs/Transform, by SciPy."""
+    """The matrix [4, 4] of a geometry_msgs/Transform, computed with SciPy."""
     found = np.eye(4)
     found[:3, :3] = Rotation.from_quat([getattr(transform.rotation, axis) for axis in "xyzw"]).as_matrix()
     found[:3, 3] = [getattr(transform.translation, axis) for axis in "xyz"]
@@ -134,7 +134,7 @@ def matrix_of(transform: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("start", [0.0, 1_700_000_000.25])
 def test_transforms_place_the_cameras_of_a_rig(tmp_path: Path, start: float) -> None:
-    """world from base_link from camera is world from camera, and the mounts are static."""
+    """world_from_base times base_from_camera equals world_from_camera, and the mounts are static."""
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     mounts = {

@@ -1,4 +1,4 @@
-"""NeRF's transforms read back."""
+"""NeRF data sets, read back."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_nerf_lenses_have_the_names_of_nerfstudio(tmp_path: Path, model: Any, le
     cameras = ring(2, distortion=lens, model=model)
     write(table(), tmp_path, "nerf", cameras=cameras)
     meta = json.loads((tmp_path / "transforms.json").read_text())
-    # As nerfstudio reads them: its two names of lenses, k1 to k4, p1 and p2, with 0 for those that are missing.
+    # As in nerfstudio: two lens names, and coefficients k1 to k4, p1 and p2, which are 0 if missing.
     assert meta["camera_model"] == {"opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}[model]
     assert meta.keys() <= {"camera_model", "fl_x", "fl_y", "cx", "cy", "w", "h", "frames", *NERF_LENS}
     k1, k2, k3, k4, p1, p2 = (meta.get(name, 0.0) for name in NERF_LENS)

@@ -67,7 +67,7 @@ def test_data_sets_of_randomised_worlds_are_deterministic(tmp_path: Path, name: 
 
 
 def check_world_of_recipe(folder: Path, name: str) -> None:
-    """World 1, by itself."""
+    """Checks that world 1 alone equals world 1 of the series."""
     world = raycam.Recipe(RECIPE).world(1)
     first = next(iter(world.cameras.values()))
     if name == "colmap":
@@ -95,7 +95,7 @@ def check_world_of_recipe(folder: Path, name: str) -> None:
 
 
 def check_scenes_of_recipe(folder: Path) -> None:
-    """Each world a scene of one data set, each shape one model in all of them."""
+    """Checks that each world is a scene of one data set, and each shape one model in all scenes."""
     import trimesh
 
     scenes = sorted(path.name for path in (folder / "train_pbr").iterdir())

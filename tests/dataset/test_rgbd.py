@@ -1,4 +1,4 @@
-"""TUM and ScanNet read back."""
+"""TUM and ScanNet data sets, read back."""
 
 from __future__ import annotations
 

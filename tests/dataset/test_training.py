@@ -1,4 +1,4 @@
-"""The formats of trainers: YOLO, panoptic COCO, MOT, semantic PNG, HDF5; and splits."""
+"""Formats for training: YOLO, panoptic COCO, MOT, semantic PNG, HDF5; and splits."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_oriented_boxes_have_minimal_area(degrees: float) -> None:
 @pytest.mark.parametrize(
     ("points", "turned"),
     [
-        # A thin pole, cut by the border: its end is a pixel out. A wide one from the corner.
+        # A thin pole that ends one pixel outside of the image, and a wide one that starts at the corner.
         ([[10, 0], [13, 0], [23, 40], [20, 40]], True),
         ([[0, 0], [20, 0], [44, 30], [28, 44], [0, 14]], False),
     ],
@@ -284,7 +284,7 @@ def test_hdf5_arrays_are_shown_as_images_by_blenderprocs_viewer(tmp_path: Path) 
         instance = truth(camera)
         with h5py.File(tmp_path / f"{number}.hdf5", "r") as file:
             values = {key: np.array(file[key]) for key in file}
-        # It shows what is neither text nor a list, and takes a leading axis of two for a stereo pair.
+        # The viewer shows everything except texts and lists, and takes a leading axis of length 2 for a stereo pair.
         texts = {key for key, value in values.items() if np.issubdtype(value.dtype, np.bytes_)}
         assert texts == {"instance_attribute_maps", "blender_proc_version"}
         assert {key: (value.dtype, value.shape) for key, value in values.items() if key not in texts} == kinds

@@ -1,4 +1,4 @@
-"""WebDataset read back."""
+"""WebDataset shards, read back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Data sets of a caller's worlds."""
+"""Data sets of worlds that the caller provides."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def make_world(number: int) -> raycam.World:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """The files of a data set, without the state of its job."""
+    """The files of a data set, without the job's state."""
     found = (
         path
         for path in folder.rglob("*")

@@ -1,8 +1,8 @@
-"""The documentation does what it says: every block of code on every page runs, in order, in its own folder.
+"""Code in the documentation: every block of every page runs, in order, in the page's own folder.
 
-`pycon` and `console` blocks are compared with their printed answers, `python` blocks run, `toml` blocks whose
-first line names a file are written to it and loaded, and `raycam` lines of `sh` blocks are typed. What says
-nothing of samples gets one per pixel here, and the demo's video a few frames: it is the words that are tested.
+`pycon` and `console` blocks are compared with their printed output. `python` blocks are run. `toml` blocks whose
+first line names a file are written to it and loaded. `raycam` lines of `sh` blocks are run. To save time, renders
+without `samples` use one sample per pixel, and the demo's video has a few frames.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PAGES = [
     ),
 ]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
-# Makes every one of its own pictures; tested as a command, at its own size, in test_demo.py.
+# This page's images are written by `raycam demo`, which test_demo.py runs at full size.
 SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 
@@ -75,13 +75,13 @@ def type_commands(text: str, page: str) -> None:
         words = shlex.split(line, comments=True)
         if words[:1] == ["raycam"] and not line.startswith(SLOW):
             if "--denoise" in words and find_spec("pyoidn") is None:
-                continue  # an extra that the group of tests leaves out
+                continue  # an extra that the group `dev` does not install
             words = [word if before != "--samples" else "1" for before, word in pairwise(words)]
             assert cli.main(words) == 0, f"{page}: {line}"
 
 
 def compare_answers(text: str, page: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Types the commands behind `$` and compares what they print; `...` stands for anything."""
+    """Runs the commands after `$` and compares their output; `...` matches any text."""
     checker = doctest.OutputChecker()
     for part in re.split(r"^\$ ", text, flags=re.M)[1:]:
         command, _, answer = part.partition("\n")
@@ -132,7 +132,7 @@ def test_how_to_pages_show_an_image_or_output() -> None:
 
 
 def test_images_are_small_and_written_by_a_page_that_shows_them() -> None:
-    """Pictures that several pages show are made by one of them."""
+    """An image that several pages show is written by one of them."""
     texts = [(ROOT / page).read_text(encoding="utf-8") for page in PAGES]
     for folder in ("howto", "pages"):
         for picture in (ROOT / "docs" / "images" / folder).glob("*.*"):

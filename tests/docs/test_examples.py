@@ -1,4 +1,4 @@
-"""Every numbered example runs in an empty folder, is short, and leaves the files that its docstring names."""
+"""Every numbered example runs in an empty folder, is short, and writes the files that its docstring names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pages beside the documentation that render by themselves."""
+"""Live pages next to the documentation, which render in the browser."""
 
 from __future__ import annotations
 

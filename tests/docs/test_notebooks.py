@@ -1,4 +1,4 @@
-"""Notebooks are kept without outputs, and every cell of each runs."""
+"""Notebooks are stored without outputs, and all their cells run."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_every_notebook_cell_runs(path: Path, tmp_path: Path, monkeypatch: pytes
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # notices are printed under a cell, and stop nothing
+        warnings.simplefilter("ignore")  # notices are printed below a cell and do not stop it
         for number, source in enumerate(cells(path, "code")):
             tree = ast.parse(source)
             last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None

@@ -1,4 +1,4 @@
-"""README.md on the package index: no link needs the files beside it."""
+"""README.md on the package index: all links are absolute."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def script() -> ModuleType:
 
 
 def targets(text: str) -> list[tuple[str, str]]:
-    """Tag and target of every picture and link, by a parser of CommonMark."""
+    """Tag and target of every image and link, from a CommonMark parser."""
     found = []
     for block in MarkdownIt().enable("table").parse(text):
         for token in block.children or []:

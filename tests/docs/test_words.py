@@ -1,4 +1,4 @@
-"""The documentation speaks to its readers: few words of internal decisions, and the field's words are explained."""
+"""Words of the documentation: few about internal decisions, and technical terms are in the glossary."""
 
 from __future__ import annotations
 

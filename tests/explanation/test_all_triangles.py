@@ -1,4 +1,4 @@
-"""Triangles tried in blocks: the same numbers for any block, and the triangle that the renderer sees."""
+"""Triangles tested in blocks: the results do not depend on the block size and equal those of the renderer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Explanations against the pictures they explain, against themselves redone by hand, and as figures."""
+"""Explanations, compared with the images and with a calculation from the printed digits, and their figures."""
 
 import base64
 import io
@@ -34,7 +34,7 @@ def random_world(rng):
     return world
 
 
-# The numbers
+# Numbers
 
 
 @pytest.mark.parametrize("pixel_center", ["integer", "half"])
@@ -126,7 +126,7 @@ def test_pixels_outside_the_image_raise(pixel, message):
         explain(box_world(), box_camera(), pixel)
 
 
-# The text
+# Text
 
 
 def printed(text, label):
@@ -195,7 +195,7 @@ def test_negative_p_has_the_same_ray():
 def test_hits_on_an_edge_and_parallel_rays_are_explained():
     world = raycam.World()
     world.add_mesh([[-1, -1, 2], [1, -1, 2], [1, 1, 2]], [[0, 1, 2]])
-    # Looking along +z at the middle of the hypotenuse v3, on whose line g lies: u runs along v3.
+    # The view along +z hits the middle of the hypotenuse v3. g is on the same line, so u is parallel to v3.
     camera = raycam.Camera(np.diag([4.0, 4, 1]), np.eye(3), [0, 0, 0], (1, 1))
     text = str(explain(world, camera, (0, 0)))
     assert "but f(t) lies on v3, and what lies on an edge is inside." in text
@@ -217,7 +217,7 @@ def test_misses_are_explained():
     assert "There are no triangles in this world" in str(explain(raycam.World(), camera, (0, 0)))
 
 
-# The figure
+# Figure
 
 
 def figures():
@@ -273,7 +273,7 @@ def test_figure_lies_within_its_page(name):
     texts = [element.text for element in root.iter(f"{SVG}text")]
     for label in ("f(t)", "g", "u", "a", "b", "c", "n", "r", "v"):
         assert (label in texts) == (name not in ("sky", "empty")), label
-    # The picture is the picture.
+    # The page contains the image.
     [image] = root.iter(f"{SVG}image")
     data = image.get("{http://www.w3.org/1999/xlink}href").removeprefix("data:image/png;base64,")
     pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
@@ -293,7 +293,7 @@ def test_failed_figure_leaves_no_file(tmp_path):
 
 
 def test_letters_are_drawn_after_their_outline() -> None:
-    """Programs that do not know paint-order draw fill before stroke: a white stroke would hide the letters."""
+    """Programs without support for paint-order draw the fill first, so a white stroke would hide the letters."""
     import xml.etree.ElementTree as tree
 
     world = raycam.World()

@@ -1,4 +1,4 @@
-"""The rays of lenses and of parallel cameras, beside OpenCV and the renderer."""
+"""Rays of lenses and parallel cameras, compared with OpenCV and the renderer."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def test_undistorted_points_equal_those_of_opencv(name: str) -> None:
 
 
 def rolling(camera: raycam.Camera) -> raycam.Camera:
-    """The camera as it moves and turns while its lines are read one after another."""
+    """The camera with a rolling shutter, moving and turning during the readout."""
     end = raycam.Camera.look_at([3.6, -3.3, 2.3], [0.1, 0.2, 0], size=SIZE, focal=55)
     return camera.moving(camera.at_pose(end.R, end.location), exposure=0.01, readout=0.05)
 
 
 def check_pixel(found: raycam.Explanation, frame: raycam.Frame) -> None:
-    """Checks that a pixel is explained as the frame has it."""
+    """Checks that a pixel's explanation equals the frame's values."""
     column, row = found.pixel
     seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
     assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
@@ -116,7 +116,7 @@ def test_moving_objects_with_a_rolling_shutter_are_explained_as_rendered(
             if point is not None:
                 np.testing.assert_allclose(point, frame["position"][row, column], atol=1e-5)
             others += not np.isclose(found.depth, standing[row, column], atol=0.01)
-    assert others > 3  # or nothing has moved
+    assert others > 3  # otherwise nothing has moved
 
 
 def test_global_shutter_is_explained_at_the_middle_of_the_exposure() -> None:

@@ -1,4 +1,4 @@
-"""Paths of light: their mean is the picture."""
+"""Light paths: their mean equals the image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import raycam
 
 
 def room(albedo: float) -> raycam.World:
-    """A closed box of one albedo, lit by a bulb inside."""
+    """A closed box with one albedo, lit by a lamp inside."""
     world = raycam.World()
     world.add_object(box={"size": 4}, color=[albedo, albedo / 2, 0.1], name="room")
     world.add_object(box={"size": 0.6}, location=[0.5, 0.5, -1], color=[0.2, 0.6, 0.3], name="crate")
@@ -48,7 +48,7 @@ def test_escaping_path_ends_in_the_sky_and_equal_seeds_give_equal_paths() -> Non
     explanation = raycam.explain(world, camera, (4, 4))
     path = explanation.light_path(seed=1)
     assert [each.object_name for each in path.bounces] == [world.objects[0].name, "the sky"]
-    assert not path.bounces[1].gathered.any()  # the direct light of the floor has it
+    assert not path.bounces[1].gathered.any()  # the floor's direct light already includes it
     assert np.array_equal(path.points, explanation.light_path(seed=1).points)
     assert not np.array_equal(path.points, explanation.light_path(seed=2).points)
     assert "ONE PATH OF LIGHT" in str(path)

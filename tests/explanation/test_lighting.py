@@ -1,4 +1,4 @@
-"""The light of a pixel: closed forms, and their sum beside the renderer."""
+"""The light of a pixel: its terms compared with closed forms, and their sum with the renderer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def camera() -> raycam.Camera:
 def by_hand(
     light: dict[str, Any], point: Any, normal: Any, color: Any, shine: tuple[float, float, float]
 ) -> Any:
-    """The radiance towards the eye of a point that a light reaches, by the lecture's formulas."""
+    """The radiance of a lit point towards the camera, by the lecture's formulas."""
     if light["type"] == "sun":
         way, irradiance = -np.array(light["direction"], float), np.array(light["irradiance"], float)
     else:

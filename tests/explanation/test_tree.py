@@ -1,4 +1,4 @@
-"""The search in a tree of boxes, beside all triangles one after the other."""
+"""The search in a tree of boxes, compared with a test of all triangles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Views: against the published equations, evaluated here in NumPy."""
+"""View transforms, compared with the published equations in NumPy."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_view_transforms_keep_grey_neutral() -> None:
         greys = frame(COLORS[:10]).to_srgb8(view=name)[0].astype(int)
         assert np.ptp(greys, axis=1).max() <= 1, name
         assert (np.diff(greys[:, 1]) >= 0).all(), name
-    # Middle grey by the published curves: 0.18 is 0.4967 of an exponent of 2.2, and 0.14 with its 0.04 taken off.
+    # Middle grey 0.18 by the published curves: 0.4967 before an exponent of 2.2, and 0.14 after subtracting 0.04.
     assert frame(np.full([1, 3], 0.18)).to_srgb8(view="agx")[0, 0, 0] == round(
         srgb(np.array(0.4967**2.2)) * 255
     )

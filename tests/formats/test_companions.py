@@ -1,4 +1,4 @@
-"""Files that files name: roots, symbolic links, stand-ins and searched images."""
+"""Files named by other files: root folders, symbolic links, placeholders and image search."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def write_image(path: Path) -> None:
 
 
 def blob(link: Path, blobs: Path) -> None:
-    """Moves a file to a name without an ending elsewhere, and leaves a link in its place."""
+    """Moves a file to another folder under a name without extension, and puts a symbolic link in its place."""
     blobs.mkdir(parents=True, exist_ok=True)
     target = blobs / f"{abs(hash(link.name)):x}"
     link.rename(target)
@@ -65,7 +65,7 @@ def blob(link: Path, blobs: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["obj", "gltf"])
 def test_symbolic_links_into_one_folder_are_read(tmp_path: Path, kind: str) -> None:
-    """As Hugging Face's: snapshots of links into one folder of blobs."""
+    """As in the cache of Hugging Face: snapshots contain links into one folder of blobs."""
     snapshot = tmp_path / "snapshots" / "main"
     write_obj(snapshot) if kind == "obj" else write_gltf(snapshot)
     write_image(snapshot / "a.png")
@@ -77,7 +77,7 @@ def test_symbolic_links_into_one_folder_are_read(tmp_path: Path, kind: str) -> N
 
 
 def test_symbolic_links_outside_the_root_give_a_notice_with_the_remedy(tmp_path: Path) -> None:
-    """As git-annex's: every file in a folder of its own."""
+    """As in git-annex: each linked file is in its own folder."""
     model = tmp_path / "data" / "model"
     write_obj(model)
     write_gltf(model)
@@ -114,7 +114,7 @@ def test_broken_symbolic_link_is_reported(tmp_path: Path, kind: str, target: str
 
 
 def test_wider_root_folder_allows_files_of_sibling_folders(tmp_path: Path) -> None:
-    """As Gazebo's models: meshes beside materials/textures."""
+    """As in models of Gazebo: meshes next to materials/textures."""
     meshes = tmp_path / "model" / "meshes"
     write_image(tmp_path / "model" / "materials" / "textures" / "wood.png")
     for image in ("../materials/textures/wood.png", "wood.png", r"C:\me\textures\wood.png"):
@@ -128,7 +128,7 @@ def test_wider_root_folder_allows_files_of_sibling_folders(tmp_path: Path) -> No
     world = raycam.World(folder=tmp_path / "model")
     world.add_object(mesh="meshes/a.obj")
     assert world.counts["textures"] == 1
-    # A world file below its root.
+    # A world file in a subfolder of its root.
     scenes = tmp_path / "model" / "scenes"
     scenes.mkdir()
     (scenes / "room.toml").write_text('[[object]]\nmesh = "../meshes/a.obj"\n')

@@ -1,4 +1,4 @@
-"""glTF files, read: each test builds a small document and knows what must come of it."""
+"""Reading of glTF files: each test builds a small document with a known result."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_strips_and_fans_keep_their_winding(tmp_path: Path) -> None:
         document.node(mesh=document.mesh({"POSITION": points}, mode=mode))
         corners = load(document, tmp_path).triangles()
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        # All turn the same way, and cover the whole once.
+        # All triangles have the same winding and cover the area once.
         sign = 1 if mode == 6 else -1
         assert (sign * normals[:, 2] > 0).all()
         np.testing.assert_allclose(sign * normals[:, 2].sum() / 2, area, rtol=1e-6)
@@ -133,7 +133,7 @@ def test_negative_scale_keeps_faces_turned_outwards(tmp_path: Path, scale: list[
     mesh = document.mesh(
         {"POSITION": points, "NORMAL": points / np.linalg.norm(points, axis=1, keepdims=True)},
         np.asarray(box.faces, np.uint16).ravel(),
-        # Single-sided: what is inside out would not be seen.
+        # The material is single-sided: an inside-out mesh would be invisible.
         material=document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]}),
     )
     document.node(mesh=mesh, scale=scale)
@@ -156,7 +156,7 @@ def test_negative_scale_keeps_faces_turned_outwards(tmp_path: Path, scale: list[
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
-    """Only where all three are zero may a mesh be left out (glTF 2.0, 3.5.3)."""
+    """A mesh may be omitted only if all three scales are zero (glTF 2.0, 3.5.3)."""
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=1)
     points = np.asarray(sphere.vertices, np.float32)
     document = Document()
@@ -169,7 +169,7 @@ def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, 
     node = document.node(
         mesh=mesh, scale=[1, 1, 1] if moving else scale.tolist(), rotation=turn.as_quat().tolist()
     )
-    document.node(mesh=mesh, scale=[0, 0, 2])  # a line: nothing to see
+    document.node(mesh=mesh, scale=[0, 0, 2])  # a line, which is invisible
     if moving:
         animated(document, "scale", [0, 1], [[1, 1, 1], scale], node=node)
     world = load(document, tmp_path)
@@ -181,7 +181,7 @@ def test_zero_scale_along_one_axis_gives_a_flat_mesh(tmp_path: Path, axis: int, 
     camera = raycam.Camera.look_at(3 * normal, [0, 0, 0], np.roll(normal, 1), size=(64, 64), fov=90)
     frame = raycam.render(world, camera, channels=["color", "depth", "normal", "shading_normal"], samples=1)
     hit = np.isfinite(frame["depth"])
-    # A disc of radius 2, seen from 3 above: pixels of 6 / 64.
+    # A disc of radius 2, seen from 3 above: a pixel is 6 / 64 wide.
     assert abs(hit.sum() * (6 / 64) ** 2 / (4 * np.pi) - 1) < 0.01
     np.testing.assert_allclose(frame["depth"][hit], 3, rtol=1e-6)
     for channel in ("normal", "shading_normal"):
@@ -207,7 +207,7 @@ def test_node_transforms_are_multiplied_down_the_tree(tmp_path: Path) -> None:
     assert world.objects[0].name == "leaf"
     np.testing.assert_allclose(world.objects[0].matrix, outer @ inner, atol=1e-12)
     theirs = trimesh.load(tmp_path / "model.glb").to_geometry()
-    # It turns the corners of what is mirrored the other way round.
+    # trimesh reverses the vertex order of mirrored triangles.
     np.testing.assert_allclose(world.triangles()[0, ::-1], theirs.vertices[theirs.faces][0], atol=1e-6)
 
 
@@ -287,14 +287,14 @@ def test_perspective_camera_has_the_projection_of_the_specification(
     document = Document()
     document.add("cameras", type="perspective", perspective=lens, name="eye")
     turn = Rotation.from_euler("yx", [40, -20], degrees=True)
-    # Scale has no meaning for cameras.
+    # Scale has no effect on cameras.
     document.node(camera=0, translation=[1, 2, 3], rotation=turn.as_quat().tolist(), scale=[2, 2, 2])
     world = load(document, tmp_path)
     camera = world.cameras["eye"]
     width, height = camera.size
     assert width / height == pytest.approx(aspect, rel=2e-3)
     np.testing.assert_allclose(camera.C, [1, 2, 3])
-    # The corners of the image plane, as the specification's projection matrix has them.
+    # The corners of the image plane by the specification's projection matrix.
     y = np.tan(fov / 2)
     x = y * width / height
     points = np.array([1, 2, 3]) + turn.apply([[-x, y, -1], [x, y, -1], [x, -y, -1], [0, 0, -5], [0, 0, 1]])
@@ -315,7 +315,7 @@ def test_orthographic_camera_shows_the_box_of_its_magnifications(tmp_path: Path)
     width, height = camera.size
     assert camera.is_parallel
     assert width / height == pytest.approx(2, abs=0.01)
-    # The corners of the box that it sees (glTF 2.0, 3.10.3), near and far, and one behind it.
+    # The corners of the visible box (glTF 2.0, 3.10.3), near and far, and a point behind the camera.
     box = np.array([[-3, 1.5, -1], [3, 1.5, -7], [3, -1.5, -50], [-3, -1.5, -1], [0, 0, 1]])
     pixels, seen = camera.project(turn.apply(box) + np.array([1, 2, 3]))
     corners = [[0, 0], [width, 0], [width, height], [0, height]]
@@ -359,13 +359,13 @@ def test_punctual_lights_are_read(tmp_path: Path) -> None:
 
 
 def omitted(world: raycam.World) -> list[str]:
-    """The places of the elements that notices report as omitted, without the file's name."""
+    """The paths of the elements that notices report as omitted, without the file name."""
     notices = [notice for notice in world.notices if notice.code == "ignored_element"]
     return [subject.split(": ")[-1] for notice in notices for subject in notice.subjects]
 
 
 def lamps(lights: object) -> Document:
-    """A square and a node for each of the lights, with no checks of the lights."""
+    """A square and one node per light; the lights are not validated."""
     document = Document()
     document.use("KHR_lights_punctual")
     document.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}

@@ -1,4 +1,4 @@
-"""Materials and textures of glTF files, as the picture shows them."""
+"""Materials and textures of glTF files in rendered images."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from support.raises import raises
 
 
 def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:
-    """A square in nearest texels of this picture."""
+    """A square with this image as its texture, without interpolation."""
     image = document.add("images", bufferView=document.view(png(pixels)), mimeType="image/png")
     sampler = {"magFilter": 9728, "minFilter": 9728, **keys.pop("sampler", {})}
     texture = document.add("textures", source=image, sampler=document.add("samplers", **sampler))
@@ -53,7 +53,7 @@ def test_textures_are_srgb_and_upright(tmp_path: Path) -> None:
 def test_texture_transforms_are_applied(
     tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]
 ) -> None:
-    """Translation * rotation * scale of (u, v), as the extension writes it, and repeated."""
+    """(u, v) is transformed by translation * rotation * scale, as in the extension, and repeated."""
     pixels = np.random.default_rng(2).integers(0, 256, (8, 8, 3), np.uint8)
     document = Document()
     document.use("KHR_texture_transform")
@@ -135,7 +135,7 @@ def test_vertex_colors_are_linear(tmp_path: Path, kind: str, count: int) -> None
 
 
 def test_alpha_modes_mask_blend_and_opaque_are_applied(tmp_path: Path) -> None:
-    """A cut-out shows what is behind it, a blend mixes, opaque ignores alpha; the ground truth agrees."""
+    """MASK shows the background through holes, BLEND mixes, OPAQUE ignores alpha; the ground truth is consistent."""
     pixels = np.zeros((2, 2, 4), np.uint8)
     pixels[..., 0], pixels[..., 3] = 255, [[0, 255], [100, 200]]
     shares = {"OPAQUE": [[1, 1], [1, 1]], "MASK": [[0, 1], [0, 1]], "BLEND": pixels[..., 3] / 255}
@@ -188,7 +188,7 @@ def test_material_variants_are_selected(tmp_path: Path) -> None:
 
 
 def test_emissive_model_without_lights_is_still_lit(tmp_path: Path) -> None:
-    """glTF's viewers light what has no lights; a lamp's screen in a file must not leave all else in the dark."""
+    """glTF viewers light models without lights, so an emissive part must not leave the rest of the model dark."""
     document = Document()
     document.use("KHR_materials_emissive_strength")
     glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}

@@ -1,4 +1,4 @@
-"""Files that glTF-Validator calls wrong, and their treatment here: the table in `docs/gltf.md`."""
+"""Files that glTF-Validator reports, and how raycam handles them: the table in `docs/gltf.md`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mesh files beside trimesh's readers: the same triangles in the same order, and the same colours."""
+"""Mesh files, compared with trimesh: the same triangles in the same order, and the same colours."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ the end of the file, does not continue lines, and triangulates concave polygons 
 
 
 def same(world: raycam.World, mesh: Any) -> None:
-    """The same triangles, as sets of corners: the order of parts may differ."""
+    """Asserts equal triangles as sets of vertices; the order of parts may differ."""
 
     def sorted_rows(triangles: Any) -> Any:
         rows = np.asarray(triangles, float).reshape(-1, 9)
@@ -68,7 +68,7 @@ def test_ply_triangles_and_colors_equal_trimesh(tmp_path: Path, encoding: str, c
     path.write_bytes(trimesh.exchange.ply.export_ply(ball, encoding=encoding.split("_")[0]))
     world = raycam.load(path)
     again = trimesh.load(path, process=False)
-    # It reads text as float32.
+    # trimesh reads text as float32.
     np.testing.assert_allclose(world.triangles(), again.triangles, rtol=1e-7)
     if colors:
         srgb = again.visual.vertex_colors[:, :3] / 255

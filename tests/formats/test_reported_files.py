@@ -1,4 +1,4 @@
-"""Files as public bug reports of other tools describe them, each of another kind."""
+"""Unusual files described in public bug reports of other tools."""
 
 from __future__ import annotations
 
@@ -294,7 +294,7 @@ def test_sparse_accessor_without_a_base_is_read(tmp_path: Path, has_base: bool) 
 
 
 def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
-    """mikedh/trimesh#1943: materials of an image alone; an image by Kd 0 0 0 is black, and said to be."""
+    """mikedh/trimesh#1943: materials with only an image; an image times Kd 0 0 0 is black and gives a notice."""
     Image.fromarray(np.full((2, 2, 3), 188, np.uint8)).save(tmp_path / "a.png")
     (tmp_path / "a.obj").write_text(
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
@@ -314,7 +314,7 @@ def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
 def test_mtl_colors_that_are_not_finite_are_ignored_with_a_notice(
     tmp_path: Path, key: str, value: str
 ) -> None:
-    """As if the line were not there."""
+    """The result equals that of a file without the line."""
     worlds = []
     for line in (f"{key} {value}\n", ""):
         (tmp_path / "a.mtl").write_text(f"newmtl m\n{line}")
@@ -353,7 +353,7 @@ def test_color_multiplied_with_mesh_colors_gives_a_notice(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("size", [(1440, 1920), (480, 640)])
 def test_intrinsics_of_a_rotated_image_give_a_notice(tmp_path: Path, size: tuple[int, int]) -> None:
-    """DLR-RM/BlenderProc#581: K of a landscape picture, the size of a portrait."""
+    """DLR-RM/BlenderProc#581: K of a landscape image with the size of a portrait image."""
     k = [[1600, 0, size[1] / 2 - 0.5], [0, 1600, size[0] / 2 + 3], [0, 0, 1]]
     path = tmp_path / "a.json"
     for width, height, told in ((*size, True), (size[1], size[0], False)):

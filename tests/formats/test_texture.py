@@ -1,4 +1,4 @@
-"""Textures of materials: arrays and files, every value, and what is refused."""
+"""Textures of materials: arrays, files, all keys, and invalid textures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from support.raises import fault, raises
 
 
 def floor(**style: object) -> np.ndarray:
-    """A plane of two by two metres from above in a white sky, 2 x 2 pixels of it."""
+    """The colours [2, 2, 3] of a plane of 2 x 2 m under a white sky, seen from above."""
     world = raycam.World()
     world.add_object(plane={"size": 2}, **style)
     world.add_light(type="sky", radiance=[1, 1, 1])
@@ -64,7 +64,7 @@ def test_data_textures_are_not_converted_from_srgb(tmp_path: Path) -> None:
 @pytest.mark.parametrize("tile", [0, 7])
 @pytest.mark.parametrize("compression", ["DWAA", "DWAB", "PIZ", "PXR24", "B44A", "ZIPS", "RLE"])
 def test_incompressible_exr_blocks_are_read(tmp_path: Path, compression: str, tile: int) -> None:
-    """A block of an EXR that would not get shorter is stored as it is."""
+    """EXR stores a block uncompressed if compression would not make it smaller."""
     stored = np.random.default_rng(5).random((12, 12, 3)).astype(np.float16)
     header: dict[str, object] = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION")}
     if tile:
@@ -73,7 +73,9 @@ def test_incompressible_exr_blocks_are_read(tmp_path: Path, compression: str, ti
     header["type"] = OpenEXR.tiledimage if tile else OpenEXR.scanlineimage
     OpenEXR.File(header, {"RGB": stored}).write(str(tmp_path / "a.exr"))
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
-        expected = file.channels()["RGB"].pixels.astype(np.float32).clip(0)  # lossy: a value falls below 0
+        expected = (
+            file.channels()["RGB"].pixels.astype(np.float32).clip(0)
+        )  # lossy compression makes a value negative
     table = {"plane": {"size": 2}, "texture": {"image": "a.exr", "filter": "nearest"}}
     world = raycam.World.from_dict({"object": table}, folder=tmp_path)
     fov = np.degrees(2 * np.arctan(1e-3))
@@ -123,7 +125,7 @@ def test_distant_texture_is_averaged_and_near_texture_sharp_at_one_sample() -> N
     assert far.size > 500
     assert far.mean() == pytest.approx(0.5, abs=0.01)
     assert far.std() < 0.03
-    # Checks of a metre, black and white, with hardly anything in between.
+    # A black and white checkerboard with squares of 1 m and almost no other values.
     assert ((near < 0.02) | (near > 0.98)).mean() > 0.85
 
 

@@ -1,4 +1,4 @@
-"""Textures beyond a limit of memory: the same pictures, within the limit, and errors that say what to do."""
+"""Textures larger than the memory limit: equal images, memory within the limit, and errors with remedies."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CAMERA = raycam.Camera.look_at([0.5, -5, 2], [0, 0, 0.4], up=[0, 0, 1], size=SIZ
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Images of odd sizes, 8 and 16 bits and floats, in a world file, an OBJ and a glTF file."""
+    """A folder with images of odd sizes (8 bits, 16 bits, floats) in a world file, an OBJ file and a glTF file."""
     folder = tmp_path_factory.mktemp("textures")
     random = np.random.default_rng(1)
     Image.fromarray(random.integers(0, 256, (203, 310, 3), np.uint8)).save(folder / "noise.png")
@@ -89,7 +89,7 @@ def test_texture_memory_applies_to_every_image_format_and_arrays(folder: Path) -
         for world in by_hand:
             texels = np.random.default_rng(seed).integers(0, 256, (130, 130, 3), np.uint8)
             world.add_object(plane={"size": 1}, location=[seed - 1.5, 0, 0.1], texture=texels)
-    for world in by_hand:  # a file that lies elsewhere, and names others
+    for world in by_hand:  # a file in another folder, which names further files
         world.add_object(mesh=str(folder / "sheet.obj"), location=[0, 1, 0.2])
     assert [world.texture_memory for world in by_hand] == [None, 200_000]
     first, second = (picture(world) for world in by_hand)
@@ -144,7 +144,7 @@ except OSError as error:
 """
     world = str(folder / "world.toml")
     _, number, where, text = run(script, world, TMPDIR=str(tmp_path))
-    assert (number, where) == (27, str(tmp_path)), text  # EFBIG: what a full disk is here
+    assert (number, where) == (27, str(tmp_path)), text  # EFBIG simulates a full disk
     assert "TMPDIR" in text
     assert "raise texture_memory" in text
     missing = tmp_path / "missing"
@@ -154,7 +154,7 @@ except OSError as error:
 
 
 def test_process_memory_stays_near_the_limit(tmp_path: Path) -> None:
-    """Twelve images of 2048 x 2048, 320 MiB with their mip maps, in 32 MiB and what one image takes to decode."""
+    """Twelve images of 2048 x 2048 (320 MiB with mip maps) need 32 MiB plus the memory to decode one image."""
     random = np.random.default_rng(0)
     texels = np.repeat(np.repeat(random.integers(0, 256, (512, 512, 3), np.uint8), 4, 0), 4, 1)
     for i in range(12):
@@ -174,7 +174,7 @@ frame = raycam.render(world, camera, integrator="path", samples=4)
 print(json.dumps([loaded, peak() - before, frame["color"].tobytes().hex()[:4000]]))
 """
     loaded, rendered, picture = run(script, str(tmp_path), "32 MiB")
-    # Decoding: the file and its texels twice, 16 MiB each, and half of that for the first level of the mip map.
+    # Decoding needs the file, two copies of its texels (16 MiB each), and half of that for the first mip level.
     assert loaded < 32 + 56, f"{loaded} MiB"
     assert rendered < 32 + 64, f"{rendered} MiB"
     whole, _, same = run(script, str(tmp_path), "")

@@ -1,4 +1,4 @@
-"""TIFF files, judged by tifffile (with imagecodecs) and Pillow."""
+"""TIFF files, compared with tifffile (with imagecodecs) and Pillow."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FOUR_ALPHAS = {"unassalpha": 0.4, "assocalpha": 0.4, "unspecified": None}
 
 
 def samples(dtype: str, channels: int, bits: int | None = None) -> npt.NDArray[Any]:
-    """Values [9, 13, channels] over the whole range of a type, or of `bits`."""
+    """Samples [9, 13, channels] over the whole range of a dtype, or of `bits`."""
     rng = np.random.default_rng([channels, np.dtype(dtype).itemsize, bits or 0])
     shape = (ROWS, COLUMNS, channels)
     if np.dtype(dtype).kind == "f":
@@ -36,7 +36,7 @@ def samples(dtype: str, channels: int, bits: int | None = None) -> npt.NDArray[A
 
 
 def unit(array: npt.NDArray[Any], bits: int | None = None) -> npt.NDArray[np.float64]:
-    """The values in 0..1; negative ones are 0."""
+    """The values scaled to 0..1; negative values become 0."""
     if array.dtype.kind == "f":
         return array.astype(np.float64)
     largest = 2**bits - 1 if bits else np.iinfo(array.dtype).max
@@ -72,7 +72,7 @@ def write(path: Path, array: npt.NDArray[Any], photometric: str, **options: Any)
 
 
 def check(path: Path, expected: npt.NDArray[np.float64], tolerance: float = 3e-5) -> list[str]:
-    """Compares with a file's linear colours; returns the codes of the notices."""
+    """Compares a file's linear colours with the expected ones; returns the codes of the notices."""
     found, notices = albedo_of(path, (COLUMNS, ROWS))
     np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance, err_msg=path.name)
     return sorted({notice.code for notice in notices})
@@ -123,7 +123,7 @@ def test_packed_samples_equal_tifffile(tmp_path: Path, bits: int) -> None:
 def packed_file(
     array: npt.NDArray[Any], bits: int, photometric: str, separate: bool, compression: str | None
 ) -> bytes:
-    """A TIFF file of one strip (per plane) whose rows are packed, the high bit first."""
+    """A TIFF file with one strip per plane, whose rows are packed with the highest bit first."""
     import imagecodecs
 
     planes = [array[..., i : i + 1] for i in range(array.shape[-1])] if separate else [array]
@@ -150,7 +150,7 @@ def packed_file(
 
 
 def tiff_file(tags: dict[int, list[int]], strips: list[bytes]) -> bytes:
-    """A little-endian TIFF file with these numbers as tags, and these strips."""
+    """A little-endian TIFF file with these tags and strips."""
     data, offsets = b"", []
     for strip in strips:
         offsets.append(8 + len(data))

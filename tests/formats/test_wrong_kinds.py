@@ -1,4 +1,4 @@
-"""Files that are packed, of another kind than their name says, or of another encoding than UTF-8."""
+"""Files that are compressed, have a wrong extension, or use another encoding than UTF-8."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TOOLS = {"K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "dist": [0.1, 0, 0, 0, 
 
 
 def packed() -> dict[str, bytes]:
-    """An OBJ file in the packings that Python writes."""
+    """An OBJ file in every compression format that Python can write."""
     data = OBJ.encode()
     stored, tar = io.BytesIO(), io.BytesIO()
     with zipfile.ZipFile(stored, "w") as file:
@@ -102,7 +102,7 @@ def test_binary_stl_with_any_header_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
 @pytest.mark.parametrize("kind", TEXTS)
 def test_text_files_with_a_byte_order_mark_are_read(tmp_path: Path, kind: str, encoding: str) -> None:
-    """As Notepad and PowerShell write them."""
+    """Notepad and PowerShell write such files."""
     path = tmp_path / f"a.{kind}"
     path.write_bytes(TEXTS[kind].encode(encoding))
     world = raycam.load(path)

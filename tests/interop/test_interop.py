@@ -1,4 +1,4 @@
-"""Meshes of other libraries become worlds."""
+"""Conversion of other libraries' meshes to worlds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_from_trimesh_keeps_vertices_and_colors() -> None:
     assert world.up == "z"
     np.testing.assert_allclose(world.triangles(), sphere.triangles, atol=1e-7)
     np.testing.assert_allclose(world.triangle_colors(), 0.8, atol=1e-6)
-    # Values of float32 stay as they are, to the last bit; far from the origin, nothing is lost but that.
+    # float32 values are kept bit for bit; far from the origin, only float32 rounding is lost.
     np.testing.assert_array_equal(raycam.from_trimesh(BOX).triangles(), BOX.triangles)
     far = sphere.copy()
     far.apply_translation([4e6, 5e5, 1e3])
@@ -41,7 +41,7 @@ def test_from_trimesh_converts_vertex_and_face_colors() -> None:
 
 
 def test_from_trimesh_converts_textures_and_materials() -> None:
-    """The upper left texel is at u = 0, v = 1 there."""
+    """In trimesh, the upper left texel is at u = 0, v = 1."""
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
     uv = (square[:, :2] + 1) / 2
     pixels = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [90, 120, 33]]], np.uint8)
@@ -64,7 +64,7 @@ def test_from_trimesh_converts_textures_and_materials() -> None:
 
 
 def test_vertex_colors_multiply_the_texture() -> None:
-    """As trimesh keeps them of a glTF file that has both."""
+    """trimesh stores both for a glTF file that contains both."""
     image = Image.fromarray(np.full((2, 2, 3), 188, np.uint8))
     visual = trimesh.visual.TextureVisuals(uv=np.full((8, 2), 0.5), image=image)
     visual.vertex_attributes["color"] = np.tile(np.array([255, 0, 128, 255], np.uint8), (8, 1))
@@ -134,7 +134,7 @@ def test_from_open3d_keeps_vertices_colors_and_textures() -> None:
     np.testing.assert_allclose(world.triangle_colors(), shown, atol=1e-6)
     two: Any = raycam.from_open3d([mesh, mesh])
     assert two.counts["objects"] == 2
-    # Each corner has coordinates of its own, each triangle one of the images.
+    # Each vertex has its own texture coordinates, each triangle its image.
     images = [np.full((2, 2, 3), value, np.uint8) for value in (255, 0)]
     ids = np.arange(12) % 2
     mesh = Legacy(
@@ -165,7 +165,7 @@ class Held(np.ndarray):
 
 
 class Tensor:
-    """The maps of an `open3d.t.geometry.TriangleMesh`: they can be turned into a `dict`, and have no more."""
+    """The maps of an `open3d.t.geometry.TriangleMesh`, which can only be converted to a `dict`."""
 
     def __init__(self, triangle: dict[str, Any], material: SimpleNamespace | None, **legacy: Any) -> None:
         self.triangle, self.material, self.legacy = triangle, material, legacy

@@ -42,7 +42,7 @@ ROUND = """<mujoco><worldbody>
 
 
 def judge(scene: Any, data: Any, camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Distance and geom id of MuJoCo's ray through each pixel's centre, -1 for a miss."""
+    """Distance and geom id of MuJoCo's ray through each pixel centre; -1 for a miss."""
     width, height = camera.size
     v, u = np.mgrid[:height, :width] + 0.5
     origins, directions = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1))

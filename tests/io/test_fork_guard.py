@@ -1,4 +1,4 @@
-"""A fork while another thread builds a world waits for it, and the child renders."""
+"""A fork waits while another thread builds a world, and the child process can render."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CAMERA = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], [0, 1, 0], size=(16, 12), f
 
 
 def ended_well(child: int) -> bool:
-    """True if the child exits with 0; it kills itself after a long time."""
+    """True if the child exits with 0; the child kills itself after a timeout."""
     _, status = os.waitpid(child, 0)
     return os.waitstatus_to_exitcode(status) == 0
 
@@ -66,7 +66,7 @@ def test_fork_waits_for_other_threads() -> None:
     entered.wait()
     child = os.fork()
     if child == 0:
-        with no_fork():  # its own condition is free
+        with no_fork():  # the child's own condition is not held
             os._exit(0)
     order.append("forked")
     builder.join()

@@ -1,4 +1,4 @@
-"""GLB files put together in memory, read by trimesh."""
+"""GLB files assembled in memory, read by trimesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The forms that objects have in a notebook, and their texts."""
+"""HTML representations of objects in notebooks."""
 
 from __future__ import annotations
 

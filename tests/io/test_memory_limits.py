@@ -1,4 +1,4 @@
-"""Memory limits, on made-up machines."""
+"""Memory limits on simulated machines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GIB = 1 << 30
 
 @pytest.fixture
 def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """16 GiB, 10 of them free."""
+    """A machine with 16 GiB, of which 10 GiB are free."""
     monkeypatch.setattr(memory_limits, "CGROUP", tmp_path / "cgroup")
     monkeypatch.setattr(memory_limits, "PROC", tmp_path / "proc")
     monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 16 * GIB // 4096}.get)
@@ -29,7 +29,7 @@ def write(path: Path, text: object) -> None:
 
 
 def group(folder: Path, first: bool = False, **values: object) -> None:
-    """A control group's files of either version; `limit`, `used`, and lines of its statistics."""
+    """Writes a control group's files of either version: `limit`, `used`, and lines of its statistics."""
     limit, used = (
         ("memory.limit_in_bytes", "memory.usage_in_bytes") if first else ("memory.max", "memory.current")
     )
@@ -60,7 +60,7 @@ def test_group_with_the_least_free_memory_determines_the_limit(machine: Path) ->
     group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
     group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)
     assert memory_limits.available_bytes() == 1
-    # More than the machine has is no limit, and what others use of the machine counts too.
+    # A limit above the machine's memory has no effect, and memory used by other processes counts.
     group(machine / "cgroup/job", limit=64 * GIB, used=63 * GIB)
     write(machine / "proc/meminfo", f"MemAvailable: {1 << 20} kB")
     assert memory_limits.available_bytes() == GIB
@@ -75,7 +75,7 @@ def test_memory_high_counts_as_a_limit(machine: Path) -> None:
 
 
 def test_limits_inside_a_container_are_found(machine: Path) -> None:
-    # With a name space of its own, the second version's root is the container's group; without, its path is not there.
+    # With its own namespace, the root of version 2 is the container's group; without, its path does not exist here.
     for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
         write(machine / "proc/self/cgroup", f"0::{path}")
         group(machine / "cgroup", limit=2 * GIB, used=GIB)
@@ -88,7 +88,7 @@ def test_cgroup_version_1_limits_are_read(machine: Path) -> None:
     group(batch / "1", first=True, limit=2 * GIB, used=GIB, inactive_file=7, total_inactive_file=GIB // 2)
     group(batch, first=True, limit=9223372036854771712, used=GIB)
     assert memory_limits.available_bytes() == 3 * GIB // 2
-    # A pod's limit, which its containers see nothing else of.
+    # A pod's limit, which is visible in its containers only through this file.
     container = machine / "cgroup/memory"
     group(container, first=True, limit=9223372036854771712, used=GIB, hierarchical_memory_limit=2 * GIB)
     write(machine / "proc/self/cgroup", "7:memory:/kubepods/pod1/c2")

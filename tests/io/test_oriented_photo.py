@@ -1,4 +1,4 @@
-"""Photographs with an EXIF orientation, judged by OpenCV's imread."""
+"""Photographs with an EXIF orientation, compared with OpenCV's imread."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def srgb(linear: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_applied_orientation_equals_opencv(tmp_path: Path, orientation: int, ending: str) -> None:
     path = photo(tmp_path, orientation, ending)
-    # OpenCV does not turn TIFF files.
+    # OpenCV does not rotate TIFF files.
     judged = photo(tmp_path, orientation) if ending == ".tif" else path
     judge = cv2.imread(str(judged))
     assert judge is not None

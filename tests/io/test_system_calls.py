@@ -1,4 +1,4 @@
-"""Calls that Windows and macOS have in another form: their forms, on this system."""
+"""System calls that differ on Windows and macOS; their variants are simulated on this system."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_bytes_are_read_and_written_at_an_offset(
 
 
 def test_windows_lock_keeps_the_file_position(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise every written file would begin with a MiB of zeros."""
+    """Otherwise every written file would start with a MiB of zeros."""
     places = []
     fake = SimpleNamespace(
         LK_NBLCK=2, locking=lambda file, mode, count: places.append(os.lseek(file, 0, os.SEEK_CUR))
@@ -101,6 +101,6 @@ def test_end_of_the_parent_process_is_detected(tmp_path: Path) -> None:
         assert parent.stdout.readline().strip() == "False"
         assert not seen.exists()
         parent.kill()
-    while not seen.exists():  # the runner's own limit ends a test that hangs
+    while not seen.exists():  # the test runner's time limit ends a test that hangs
         time.sleep(0.01)
     assert not parent_watch()()

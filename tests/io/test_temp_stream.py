@@ -1,4 +1,4 @@
-"""Bytes that are too many for the memory: in a file that nobody else sees, and told by the disk when it is full."""
+"""Streams too large for memory, stored in a temporary file that other processes cannot see; errors for a full disk."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from raycam.video import video
 from support.job_frames import Pool, package, results
 from support.raises import raises
 
-# Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
-# when they start.
+# Each image of a video is written three times: in pieces, at once, and in pieces. Workers are other processes, which
+# read this file at startup.
 IN_PIECES = """
 from raycam.video import video
 from raycam.jobs import kinds
@@ -46,8 +46,8 @@ kinds.register("video", maker)
 
 @pytest.fixture
 def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, bytes]]:
-    """The files of a job whose pictures are made in pieces from now on."""
-    worker.clear_cache()  # of makers that are kept, in this test's or another's way
+    """The files of a job; from now on, images are sent in pieces."""
+    worker.clear_cache()  # removes cached makers of this and other tests
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
@@ -55,7 +55,7 @@ def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     )
     path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
-    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # which puts it back at the end
+    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # restored at the end
     exec(IN_PIECES, {})
     worker.clear_cache()
     found = results(tmp_path / "at once")
@@ -136,7 +136,7 @@ def test_full_disk_does_not_count_as_a_failed_frame(
     job = Job(tmp_path / "a")
     assert not job.status().failed
     assert set(results(tmp_path / "a").items()) < set(expected.items())
-    run(tmp_path / "a", package(), pool())  # and the same call goes on
+    run(tmp_path / "a", package(), pool())  # the same call resumes
     assert results(tmp_path / "a") == expected
 
 

@@ -1,4 +1,4 @@
-"""How two jobs differ, in words."""
+"""Descriptions of the differences between two jobs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from support.raises import raises
 
 
 def room(**changed: Any) -> raycam.World:
-    """A box over a floor, with some of it otherwise."""
+    """A box over a floor, with the given changes."""
     world = raycam.World()
     world.add_object(
         box={"size": changed.get("size", 1)},
@@ -54,7 +54,7 @@ def test_difference_between_worlds_is_described(change: str, tmp_path: Path) -> 
     described = {"job": before.id, **before.describe()}
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert words in told
-    (tmp_path / "package").write_bytes(b"")  # then there are the hashes
+    (tmp_path / "package").write_bytes(b"")  # then only the hashes differ
     told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert 'world was "' in told
     assert words not in told

@@ -1,4 +1,4 @@
-"""Packages of jobs: the same for the same frames, read back as they were."""
+"""Packages of jobs: equal for equal frames, and restored when read back."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_package_id_depends_on_everything_that_affects_its_frames(
         others.append(JobPackage("video", 7, {"a": 1, "b": 2}, world()))
     assert len({one.id for one in [base, *others]}) == 6
 
-    # The place of its files does not matter, nor how the world file is written.
+    # The folder of the files and the format of the world file do not affect the id.
     ids = set()
     for name, comment in (("one", ""), ("two", "# text\n")):
         (tmp_path / name).mkdir()

@@ -1,4 +1,4 @@
-"""Jobs: what is finished stays, what goes on is the same, what is wrong is said."""
+"""Jobs: finished frames are kept, resumed jobs write the same files, and faults are reported."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_failed_frames_are_reported_and_the_others_finished(tmp_path: Path, whol
     assert "at all" in log.read_text()
     assert "Traceback" in log.read_text()
 
-    # They stay failed until they are asked for.
+    # They stay failed until they are requested again.
     pool = Pool()
     with raises(JobError, code="failed_frames", mentions=["retry_failed=True"]):
         Job(tmp_path / "a", package()).run(pool)
@@ -151,7 +151,7 @@ def test_verify_finds_damaged_results_and_the_next_run_renders_them_again(
     assert "frame_0006.png: " in wrong["frame_0006.png"]
     damaged = [tmp_path / f"a/frame_000{number}.png.damaged" for number in (1, 3)]
     assert sorted((tmp_path / "a").glob("*.damaged")) == damaged
-    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are made again
+    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are rendered again
     pool = Pool()
     Job(tmp_path / "a", package()).run(pool)
     assert sorted(pool.made) == [1, 3, 6]
@@ -171,13 +171,13 @@ def test_damaged_journal_line_is_reported_and_its_frame_rendered_again(
     book = folder / ".raycam" / ("journal.jsonl" if shard is None else "journal-2-of-2.jsonl")
     lines = book.read_bytes().splitlines(keepends=True)
     book.write_bytes(b"".join([lines[0], b"x" + lines[1][1:], *lines[2:]]))
-    for _ in range(2):  # until it is made again
+    for _ in range(2):  # until it is rendered again
         job = Job(folder)
         assert job.status().finished == COUNT - 1
         (told,) = job.status().damaged
         assert told.startswith(f"{book}: the line at byte {len(lines[0])} was damaged")
         assert list(job.verify().values()) == [told]
-    with hold_lock(book.with_name("lock-2-of-2"), folder):  # somebody is writing: it is theirs
+    with hold_lock(book.with_name("lock-2-of-2"), folder):  # another process is writing this file
         Job(folder, package()).run(Pool(), frames=[])
         assert len(Job(folder).status().damaged) == (0 if shard is None else 1)
     pool = Pool()
@@ -218,7 +218,7 @@ def test_assembled_files_are_verified(tmp_path: Path, whole: dict[str, bytes]) -
     job.remove()
     assert [path.name for path in tmp_path.iterdir()] == [
         "a.mp4"
-    ]  # what is beside it is not its own to remove
+    ]  # files of others in the folder are not removed
 
 
 def test_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
@@ -254,7 +254,7 @@ def test_damaged_description_raises_with_a_remedy_that_works(tmp_path: Path, who
     Job(tmp_path / "a", package()).run(pool)
     assert len(pool.made) == 6
     assert results(tmp_path / "a") == whole
-    path.unlink()  # and what another job has made is not taken for this one's
+    path.unlink()  # and results of another job are not used
     options, _ = CHANGES["samples"]
     assert Job(tmp_path / "a", package(**options)).status().finished == 0
 

@@ -1,4 +1,4 @@
-"""The journal: what it says is what happened, wherever its writer was killed."""
+"""The journal contains exactly what happened, wherever its writer was killed."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_invalid_journal_lines_are_ignored_and_blanked(path: Path) -> None:
     for left in range(len(places), 0, -1):
         assert len(damaged(path)) == left
         journal.erase_line(path, places[left - 1])
-    journal.erase_line(path, len(nonsense))  # what is right stays
+    journal.erase_line(path, len(nonsense))  # valid lines are kept
     assert damaged(path) == []
     assert entries(path) == ENTRIES
     assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'
@@ -81,10 +81,10 @@ def test_flipped_bit_invalidates_its_line_and_adds_no_entry(path: Path) -> None:
     for place in range(len(data)):
         path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
         found = entries(path)
-        assert len(found) in (1, 2)  # that of a line's end joins two
+        assert len(found) in (1, 2)  # a flipped line break joins two lines
         assert len(damaged(path)) == (
             0 if place == len(data) - 1 else 1
-        )  # and of the last one's it is half a line
+        )  # and the last line becomes incomplete
         assert all(entry in ENTRIES for entry in found)
 
 

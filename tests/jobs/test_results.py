@@ -1,4 +1,4 @@
-"""Files that a job makes: within its folder, as they were made."""
+"""Result files of a job: unchanged, and inside its folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Handing out frames: every frame once, whatever the workers do."""
+"""Distribution of frames: every frame is returned once, whatever the workers do."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from support.raises import raises
 
 
 class Pool:
-    """Makes frames as `answer(frame, attempt)` says: None is a future that stays open."""
+    """Returns `answer(frame, attempt)` for each frame; None is a future that stays open."""
 
     apart = True
 
@@ -74,11 +74,11 @@ def failed(found: dict[int, FrameResult | FailedFrame]) -> dict[int, str]:
 
 
 class Files(dict[str, bytes]):
-    """Files that one can watch."""
+    """Files that can be weakly referenced."""
 
 
 class WatchedPool(Pool):
-    """Notes, whenever a frame is handed over, how many of those that were made are still held by anybody."""
+    """Counts, at each submission, how many earlier results are still in memory."""
 
     def __init__(self) -> None:
         super().__init__(lambda *_: "x", slots=1)
@@ -166,7 +166,7 @@ def test_frames_survive_temporary_deaths_of_workers() -> None:
 
 
 def test_suspected_frames_are_retried_alone() -> None:
-    # A death takes every frame that is under way with it, as in a broken process pool.
+    # A death ends every frame in progress, as in a broken process pool.
     pool = Pool(lambda *_: None, slots=3)
     kills = Counter[int]()
     poison = 7
@@ -203,7 +203,7 @@ def test_late_frame_is_started_twice_and_the_first_result_is_used(monkeypatch: p
     clock = iter(range(10**6))
     found = outcomes(pool, range(4), now=lambda: float(next(clock)))
     assert found[2] == made(2, "second")
-    # The zombie answers when all is over: nobody listens.
+    # The late worker answers after the end, when nobody waits for it.
     pool.open_futures[2].pop().set_result(made(2, "stale"))
 
 

@@ -1,4 +1,4 @@
-"""Large pictures in tiles: the bits of the whole."""
+"""Large images rendered in tiles equal whole images bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Photographs whose poses are off by a pixel are found."""
+"""Photographs with a pose error of one pixel are detected."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def area_under_roc(scores: np.ndarray, wrong: np.ndarray) -> float:
 
 
 def turned(camera: raycam.Camera, pixels: float, seed: int) -> raycam.Camera:
-    """The camera turned about a random axis so that its middle moves by `pixels`, or its image turns as far."""
+    """The camera turned about a random axis so that the image shifts or rotates by `pixels`."""
     random = np.random.default_rng(seed)
     axis = random.normal(size=3)
     axis /= np.linalg.norm(axis)

@@ -1,4 +1,4 @@
-"""Gains of photographs are undone, whatever their number and overlap."""
+"""Gains of photographs are recovered for any number and overlap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Photographs that are turned, grey, transparent, deep, broken or missing, read as other programs read them."""
+"""Photographs that are rotated, grey, transparent, 16-bit, damaged or missing, read as by other programs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orie
         source.read("a.jpg", CAMERA)
     assert notice_codes(notices) == ["ignored_orientation"]
     assert "a.jpg" in str(notices[0])
-    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not turn it either
+    with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not rotate it either
         np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 

@@ -1,4 +1,4 @@
-"""Textures from photographs: round trips, seen texels by brute force, and bad input."""
+"""Textures from photographs: round trips, visible texels by brute force, and invalid input."""
 
 from __future__ import annotations
 
@@ -220,7 +220,7 @@ def test_lack_of_memory_is_reported_before_anything_is_read(monkeypatch: pytest.
 
 
 class Rendered(Mapping):
-    """Photographs that exist only while they are read."""
+    """Photographs that are rendered each time they are read."""
 
     def __init__(self, names: list[str]) -> None:
         self.names = names

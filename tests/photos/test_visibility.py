@@ -95,7 +95,7 @@ def test_resolution_and_angle_equal_the_closed_form() -> None:
 def test_half_hidden_square_has_the_fraction_of_its_area() -> None:
     world = raycam.World()
     world.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    # A lid that hides x < 0.4 from straight above, far away: 1 - 0.6² of the triangle.
+    # A lid hides x < 0.4 from a distant camera straight above: 1 - 0.6² of the triangle.
     world.add_mesh([[-5, -5, 1], [0.4, -5, 1], [0.4, 5, 1], [-5, 5, 1]], [[0, 1, 2], [0, 2, 3]])
     camera = raycam.Camera.look_at([0.4, 0.3, 1000], [0.4, 0.3, 0], up=[0, 1, 0], fov=0.2, size=(600, 600))
     seen = raycam.surface_visibility(world, [camera])

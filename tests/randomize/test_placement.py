@@ -1,4 +1,4 @@
-"""Placement of objects on surfaces: what cannot fit is refused before positions are tried."""
+"""Placement of objects on surfaces: objects that cannot fit are refused before positions are tried."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
     with pytest.raises(WorldError) as fault:
         build_recipe(size, count, gap).world(0)
     assert "on ground" in str(fault.value)
-    # Only the first of several things is tried; it finds a place soon, in each of the ten draws.
+    # Only the first of several objects is tried; it finds a position quickly in each of the ten draws.
     assert tries < (1 if count == 1 else 10 * 1000)
 
 

@@ -1,4 +1,4 @@
-"""Randomised worlds: what touches what is judged by trimesh, what cameras see by the ids in their pictures."""
+"""Randomised worlds: contact is checked with trimesh, visibility with the ids in rendered images."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def merged(corners: np.ndarray[Any, Any]) -> tuple[Any, Any]:
 
 
 def inside(one: trimesh.Trimesh, two: trimesh.Trimesh) -> bool:
-    """True if any of many points on the surface of the one is inside of the other."""
+    """True if any of many points on the surface of the first mesh is inside the second."""
     points = np.concatenate([one.vertices, trimesh.sample.sample_surface(one, 1000, seed=1)[0]])
     return bool(two.contains(points).any())
 
@@ -105,7 +105,7 @@ def test_placed_objects_rest_and_do_not_touch(recipe: Recipe, number: int) -> No
             assert not inside(b, a)
     crates = [name for name in placed if name.startswith("crate")]
     assert not any(inside(found[name], found["table"]) for name in crates)
-    # The judge can tell: a thing is inside of itself made larger.
+    # The check works: an object is inside an enlarged copy of itself.
     larger = found[placed[0]].copy()
     larger.apply_translation([0.01, 0.01, 0.01])
     assert inside(found[placed[0]], larger)
@@ -177,7 +177,7 @@ def test_outlines_are_convex_hulls_and_prisms_intersect_exactly() -> None:
     flat = np.array([[[-5.0, -5, 0.5], [9, -5, 0.5], [0, 9, 0.5]]])
     assert square.intersects_triangles(flat)
     assert not square.intersects_triangles(flat + np.array([0, 0, 0.6]))
-    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # its box meets, it does not
+    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # only its bounding box touches
     assert not square.intersects_triangles(corner)
 
 
@@ -195,7 +195,7 @@ def test_recipe_with_y_up_and_a_base_world_places_objects(tmp_path: Path) -> Non
     assert len(found) == 5
     assert all(found[f"cup-{i}"].vertices[:, 1].min() == pytest.approx(1.05, abs=1e-9) for i in range(1, 5))
     camera = world.cameras["camera"]
-    assert camera.R[1] @ [0, 1, 0] < 0  # up is up
+    assert camera.R[1] @ [0, 1, 0] < 0  # the image is upright
     assert camera.C[1] > 1.0
 
 
@@ -280,7 +280,7 @@ def test_recipe_error_contains_the_file_and_the_object(tmp_path: Path, on: dict[
 def test_recipe_opens_no_files_outside_of_its_folder(
     tmp_path: Path, place: str, placed: dict[str, Any]
 ) -> None:
-    """Whoever wrote it may be a stranger: what `add_object` of a script opens, a recipe does not."""
+    """A recipe may come from an untrusted source, so it may open fewer files than `add_object` of a script."""
     secret, inside = tmp_path / "secret.off", tmp_path / "recipe"
     secret.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     inside.mkdir()

@@ -1,4 +1,4 @@
-"""The Rust picture against the oracle: ids on every pixel, depth, distance and position, on scenes of every kind."""
+"""The Rust renderer compared with the reference: ids, depth, distance and position in scenes of every kind."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ CHANNELS = ["color", "depth", "distance", "position", "instance", "triangle"]
 
 
 def place(rng, scale=1.0, shear=False, mirror=False):
-    """world_from_mesh [4, 4]: any rotation, a location, and what else is asked for."""
+    """world_from_mesh [4, 4]: a random rotation and location, and the given scale or shear."""
     matrix = np.eye(4)
     linear = Rotation.random(random_state=rng).as_matrix() * scale * rng.uniform(0.5, 1.5)
     if shear:
@@ -31,7 +31,7 @@ def place(rng, scale=1.0, shear=False, mirror=False):
 
 
 def shapes(rng, scale=1.0, offset=0.0, count=4, **placing):
-    """Boxes, balls, tori, cones and cylinders anywhere in a cube."""
+    """Boxes, spheres, tori, cones and cylinders at random positions in a cube."""
     world = raycam.World()
     ball = rng.normal(size=(40, 3))
     ball *= 0.6 / np.linalg.norm(ball, axis=1, keepdims=True)
@@ -50,7 +50,7 @@ def shapes(rng, scale=1.0, offset=0.0, count=4, **placing):
 
 
 def soup(rng, triangles=150, size=0.8, flatten=(1, 1, 1)):
-    """Triangles without any order, which pass through each other; a colour each."""
+    """Random triangles that intersect each other, each with its own colour."""
     world = raycam.World()
     corners = (rng.normal(size=(triangles, 1, 3)) + size * rng.normal(size=(triangles, 3, 3))) * flatten
     world.add_mesh(
@@ -62,7 +62,7 @@ def soup(rng, triangles=150, size=0.8, flatten=(1, 1, 1)):
 
 
 def instances(rng, **placing):
-    """One mesh, placed many times."""
+    """Many instances of one mesh."""
     world = raycam.World()
     vertices = rng.normal(size=(9, 3)) * 0.6
     faces = rng.permuted(np.tile(np.arange(9), (14, 1)), axis=1)[:, :3]
@@ -73,14 +73,14 @@ def instances(rng, **placing):
 
 
 def room(rng):
-    """A box from inside, with things in it."""
+    """A box seen from inside, with objects in it."""
     world = shapes(rng, count=5)
     world.add_object(box={"size": [9, 9, 6]}, color=[0.7, 0.7, 0.6])
     return world
 
 
 def coplanar(rng):
-    """Overlapping sheets in one plane, each a little above the one below: no ties, but nearly."""
+    """Overlapping, almost coplanar sheets: near ties, but no exact ones."""
     world = raycam.World()
     for i in range(6):
         world.add_object(
@@ -90,7 +90,7 @@ def coplanar(rng):
 
 
 def twins(rng):
-    """Every triangle twice, in two objects: nothing but ties."""
+    """Every triangle twice, in two objects: all hits are ties."""
     world = soup(rng, triangles=40)
     world.add_object({"instance_of": world.objects[0].name})
     return world
@@ -108,13 +108,13 @@ def degenerate(rng):
 
 
 def huge_ground(rng):
-    """Small things on a plane of kilometres."""
+    """Small objects on a plane of several kilometres."""
     world = shapes(rng, count=4)
     world.add_object(plane={"size": [5000, 5000]}, location=[0, 0, -1.2], roll=3.0)
     return world
 
 
-# Name: the world, how large it is, where it is.
+# Name: the world, its size, and its location.
 SCENES = {
     "boxes": (lambda rng: shapes(rng, count=1), 1.0, 0.0),
     "shapes": (lambda rng: shapes(rng, count=5), 1.0, 0.0),
@@ -143,7 +143,7 @@ SCENES = {
 
 
 def random_camera(rng, scale, offset, inside):
-    """Anywhere and turned anyhow, in half of the cases towards the middle, with any K; by every way to say it."""
+    """A random camera with any K, half of the time turned to the centre, created by every constructor."""
     width, height = SIZE
     spread = 0.7 if inside else 4.0
     C = rng.normal(size=3) * spread * scale
@@ -157,7 +157,7 @@ def random_camera(rng, scale, offset, inside):
         ]
     )
     forward = (target - C) / np.linalg.norm(target - C)
-    # The shortest turn of z to `forward`, after any roll.
+    # The smallest rotation of z to `forward`, after a random roll.
     axis = np.cross([0, 0, 1], forward)
     angle = np.arctan2(np.linalg.norm(axis), forward[2])
     turn = Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle) * Rotation.from_rotvec(
@@ -191,7 +191,7 @@ def test_rendered_channels_equal_the_reference(name):
         for channel in ("instance", "triangle"):
             differ = (frame[channel] != oracle[channel]) & ~tie
             assert not differ.any(), (name, number, channel, np.argwhere(differ)[:5], differ.sum())
-        # In a tie it is one of the two: never a hole.
+        # In a tie either triangle is correct, but never a miss.
         np.testing.assert_array_equal(frame["instance"] >= 0, hit)
         for channel in ("depth", "distance"):
             np.testing.assert_allclose(frame[channel][hit], oracle[channel][hit], rtol=1e-6)

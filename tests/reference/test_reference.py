@@ -1,4 +1,4 @@
-"""The oracle against closed forms, exact rational arithmetic and OpenCV."""
+"""The reference compared with closed forms, exact rational arithmetic and OpenCV."""
 
 import itertools
 from fractions import Fraction
@@ -14,7 +14,7 @@ SIZE = (24, 18)
 
 
 def random_camera(rng, center, size=SIZE):
-    """K with skew and an off-centre principal point, any R, and P = s K R [I | -C], s of any sign."""
+    """K with skew and an off-centre principal point, a random R, and P = s K R [I | -C] with s of either sign."""
     width, height = size
     focal = width * rng.uniform(0.4, 2.0)
     K = np.array(
@@ -189,7 +189,7 @@ def lattice(low, high):
 
 
 def exactly_inside(triangle, point):
-    """Within the closed triangle, by signs of areas in rational arithmetic."""
+    """True inside the closed triangle, by signs of areas in rational arithmetic."""
     areas = [
         (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0])
         for p, q in zip(triangle, triangle[1:] + triangle[:1], strict=True)
@@ -199,7 +199,7 @@ def exactly_inside(triangle, point):
 
 @pytest.mark.parametrize("tilt", ["flat", "tilted"])
 def test_inside_is_exact_on_a_lattice_of_points_vertices_and_edges(tilt):
-    # Lattice points lie on vertices and edges, and u passes through vertices and along edges, all the time.
+    # Many lattice points lie on vertices and edges, and u often passes through vertices or along edges.
     corners = [(0, 0), (2, 0), (1, 0), (0, 1), (1, 2), (2, 2), (0, 2)]
     points = lattice(-2, 4)
     basis = np.array([[1.0, 0, 0], [0, 1, 0]])
@@ -262,7 +262,7 @@ def test_closest_triangle_gives_the_color_and_the_first_wins_a_tie():
 
 def test_block_size_does_not_change_the_image(monkeypatch):
     rng = np.random.default_rng(6)
-    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)  # each twice: ties across blocks
+    triangles = np.repeat(rng.normal(size=(40, 3, 3)), 2, axis=0)  # each triangle twice: ties across blocks
     _, _, P = random_camera(rng, [0, 0, 0])
     whole = reference.render_triangles(triangles, P, SIZE)
     assert (whole["triangle"] >= 0).mean() > 0.2

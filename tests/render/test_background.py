@@ -1,4 +1,4 @@
-"""Backgrounds of cameras: photographs pixel by pixel, warped, resampled, from files, arrays and world files."""
+"""Background photos of cameras: pixel by pixel, warped, resampled; from files, arrays and world files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZE = (64, 48)
 
 
 def lens() -> raycam.Camera:
-    """A wide camera with a strong lens."""
+    """A wide camera with strong distortion."""
     return raycam.Camera.look_at([3, -4, 2.5], [0, 0, 0.4], fov=60, size=SIZE).replace(
         distortion=[-0.25, 0.06, 0.001, -0.002]
     )
@@ -35,7 +35,7 @@ def noise(size: tuple[int, int] = SIZE, seed: int = 3) -> np.ndarray[Any, Any]:
 
 
 def smooth(size: tuple[int, int]) -> np.ndarray[Any, Any]:
-    """A picture whose values change slowly."""
+    """An image whose values change slowly."""
     x, y = np.meshgrid(np.linspace(0, 1, size[0]), np.linspace(0, 1, size[1]))
     planes = [110 + 90 * np.sin(5 * x + 2 * y), 120 + 80 * np.cos(4 * y), 60 + 150 * x * y]
     return np.stack(planes, axis=-1).round().astype(np.uint8)
@@ -76,7 +76,7 @@ def test_background_photo_is_shown_pixel_by_pixel_behind_the_world(
 
     expected = linear(rgba[..., :3]) * alpha[..., None] + (1 - alpha[..., None]) * linear(noise())
     if view == "standard" and exposure:
-        return  # what is brighter than white stays so at edges
+        return  # values above 1 are kept at edges
     np.testing.assert_allclose(linear(seen)[edge], expected[edge], atol=0.02)
 
 
@@ -164,7 +164,7 @@ def test_pixels_outside_of_the_photo_are_counted_in_a_notice() -> None:
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)
     most = np.count_nonzero(~inside)
-    assert 0.95 * most <= count <= most  # a pixel partly beside shows its other part
+    assert 0.95 * most <= count <= most  # a pixel partly outside shows the part inside
 
 
 def test_world_files_define_background_photos(tmp_path: Path) -> None:
@@ -251,7 +251,7 @@ def test_command_line_accepts_backgrounds(
 
 
 class _Tensor:
-    """An array that is not NumPy's, as those of PyTorch and JAX: with `__array__` alone."""
+    """An array of another library, such as PyTorch or JAX, that has only `__array__`."""
 
     def __init__(self, array: np.ndarray[Any, Any]) -> None:
         self._array = array
@@ -261,7 +261,7 @@ class _Tensor:
 
 
 class _DlpackTensor:
-    """A tensor with DLPack alone."""
+    """A tensor that supports only DLPack."""
 
     def __init__(self, array: np.ndarray[Any, Any]) -> None:
         self._array = array

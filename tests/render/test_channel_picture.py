@@ -1,4 +1,4 @@
-"""Pictures of depth, normals, ids and other channels, and JPEG. Pillow reads them back."""
+"""Images of depth, normals, ids and other channels, and JPEG files, read back by Pillow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Backgrounds behind frames: colours, pictures and arrays, with the studio's shadow."""
+"""Frames over backgrounds: colours, images and arrays, with the studio's shadow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fireflies: which pixels they are, and the light and the objects that they come from."""
+"""Fireflies: their pixels, and the lights and objects that cause them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def quad(center: list[float], u: list[float], v: list[float]) -> tuple[Any, Any]
 
 
 def room(lamp: str, material: dict[str, Any]) -> raycam.World:
-    """A lit floor before a wall, which only that wall shows a tiny, glaring lamp."""
+    """A lit floor in front of a wall that reflects a tiny bright lamp."""
     world = raycam.World()
     grey = {"color": [0.7] * 3}
     world.add_mesh(*quad([0, 0, 0], [3, 0, 0], [0, 3, 0]), material=grey, name="floor")
@@ -71,7 +71,7 @@ def test_firefly_notice_names_the_light_and_the_object(lamp: str) -> None:
     world = room(lamp, MIRROR)
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
     ways = str(notice).split(": ", 2)[2].split(". ")[0].split("; ")
-    # The rarest are counted alone.
+    # Only the rarest path is counted.
     named = [way for way in ways if not way.startswith("other ways")]
     assert named
     for way in named:
@@ -99,7 +99,7 @@ def test_firefly_search_does_not_change_the_image() -> None:
 
 
 def test_brightest_sample_has_at_least_the_mean_share() -> None:
-    """It is at least the mean share, 1 / samples, and all of a single sample; even light has the mean share."""
+    """The share is at least 1 / samples, is 1 for a single sample, and equals 1 / samples for uniform light."""
     world = room("area 1", MIRROR)
     even = raycam.World()
     even.add_light({"type": "sky", "radiance": 1.0})
@@ -127,7 +127,7 @@ def test_brightest_sample_has_at_least_the_mean_share() -> None:
 
 
 def test_bright_pixels_equal_those_of_a_median_filter() -> None:
-    """Beside SciPy's median of the eight neighbours."""
+    """Compared with SciPy's median of the eight neighbours."""
     light = np.random.default_rng(4).lognormal(0, 1.6, (40, 50)).astype(np.float32)
     around = np.ones((3, 3), dtype=bool)
     around[1, 1] = False

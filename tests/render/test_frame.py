@@ -26,7 +26,7 @@ def camera() -> raycam.Camera:
 
 
 def frame(names: tuple[str, ...] = tuple(CHANNELS), seed: int = 0) -> raycam.Frame:
-    """Every channel, with background at the first pixel."""
+    """A frame with every channel; the first pixel shows the background."""
     rng = np.random.default_rng(seed)
     miss = {"depth": np.inf, "distance": np.inf, "position": np.nan, "instance": -1, "triangle": -1}
     channels = {}
@@ -265,7 +265,7 @@ def test_opacity_that_a_file_cannot_store_gives_a_notice(tmp_path: Path, ending:
 
 @pytest.mark.parametrize("value", [65504.0, 65519.0, 65520.0, 1e6, np.inf])
 def test_values_beyond_half_precision_are_counted_in_a_notice(tmp_path: Path, value: float) -> None:
-    """As many as NumPy's float16 cannot hold."""
+    """The count equals the number of values beyond NumPy's float16."""
     depth = np.full((2, 3), 2, np.float32)
     depth[0, :2] = value
     frame = raycam.Frame({"depth": depth}, camera=None, size=(3, 2))

@@ -1,4 +1,4 @@
-"""Series of pictures: each is that of `render`, byte for byte."""
+"""Series of images: each equals `render` byte for byte."""
 
 from __future__ import annotations
 

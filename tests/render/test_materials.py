@@ -1,4 +1,4 @@
-"""Materials by their keys: what they look like in a white sky, and what is refused."""
+"""Materials: their appearance under a white sky, and invalid keys."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from support.raises import raises
 
 
 def seen(**style: object) -> np.ndarray:
-    """The mean colour of a ball in a white sky."""
+    """The mean colour of a ball under a white sky."""
     world = raycam.World()
     world.add_object(sphere={"radius": 1.0}, **style)
     world.add_light(type="sky", radiance=[1, 1, 1])
@@ -41,7 +41,7 @@ def test_gold_has_the_reflectance_of_gold() -> None:
 
 
 def test_glass_absorption_follows_beers_law() -> None:
-    # Through the middle of a ball of radius 1: two metres.
+    # The path through the centre of a ball of radius 1 is 2 m long.
     world = raycam.World()
     world.add_object(
         sphere={"radius": 1.0, "level": 6},
@@ -118,16 +118,16 @@ def test_negative_settings_are_refused(setting: str) -> None:
 
 @pytest.mark.parametrize(("direction", "radiance"), [([1, 0, 0], 2.25), ([1, 1, 1], 0.0)])
 def test_unlimited_paths_in_clear_glass_terminate(direction: list[int], radiance: float) -> None:
-    """Within a cube of glass in a white sky, without a limit of segments.
+    """The camera is inside a glass cube under a white sky, and paths have no limit of segments.
 
-    Straight at a face the radiance is n², as within every medium (pbrt, section 9.5.2). Along the diagonal every face
-    reflects all of it, so the path never leaves: nothing but roulette ends it.
+    Towards a face the radiance is n², as inside every medium (pbrt, section 9.5.2). Along the diagonal every face
+    reflects totally, so the path never leaves the cube: only Russian roulette ends it.
     """
     world = raycam.World()
     world.add_object(box={"size": [2, 2, 2]}, type="glass", ior=1.5)
     world.add_light("sky", radiance=1.0)
     eye = np.array([0.1, 0.05, 0.02])
     camera = raycam.Camera.look_at(eye, eye + direction, size=(8, 8), fov=8)
-    with pytest.warns(raycam.Notice):  # all beyond white, or black
+    with pytest.warns(raycam.Notice):  # all pixels are brighter than white, or black
         color = raycam.render(world, camera, integrator="path", samples=16, channels="color")["color"]
     np.testing.assert_allclose(color, radiance, rtol=0.02)

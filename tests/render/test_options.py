@@ -1,4 +1,4 @@
-"""The table of render options: Python's keywords, documentation and validation follow it."""
+"""The table of render options defines Python's keywords, documentation and validation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progressive pictures: at any time they are those of `render` with as many samples."""
+"""Progressive images: at any time they equal `render` with the same number of samples."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_first_samples_of_untextured_worlds_do_not_depend_on_the_total(
     plain.add_object(sphere={"radius": 0.5}, location=[0, 0, 0.5], type="glass")
     plain.add_light("sun", direction=[-1, 1, -2], irradiance=3)
     picture = raycam.Progressive(plain, camera, integrator=integrator, channels=CHANNELS)
-    for count in (2, 2, 12, 16):  # the cone of a sample narrows up to 16
+    for count in (2, 2, 12, 16):  # a sample's cone narrows until 16 samples
         picture.add(count)
         assert bytes_of(picture.frame()) == expected(plain, camera, picture.samples, integrator=integrator)
 
@@ -72,7 +72,7 @@ def test_first_samples_of_untextured_worlds_do_not_depend_on_the_total(
 @pytest.mark.parametrize("integrator", ["direct", "path"])
 @pytest.mark.parametrize("texture", [None, np.full((4, 4, 3), 128, np.uint8)], ids=["plain", "textured"])
 def test_clamp_notice_equals_that_of_render(camera: raycam.Camera, integrator: Any, texture: Any) -> None:
-    # With a texture the first samples are thrown away twice: they count no longer.
+    # With a texture the first samples are discarded twice and are not counted.
     world = raycam.World()
     world.add_object(box={"size": 1}, **({"color": "#808080"} if texture is None else {"texture": texture}))
     world.add_light("sky", radiance=1)
@@ -151,7 +151,7 @@ def test_cancelled_image_continues_to_the_same_bytes(
         picture.add_for(86400, cancel=cancel)
     watch.join()
     assert cancel.is_cancelled
-    # Tiles were up to a round of 64 ahead of others when it was stopped.
+    # When it was stopped, some tiles were up to one round of 64 samples ahead.
     reached = picture.samples + 64
     picture.add(64)
     assert bytes_of(picture.frame()) == expected(world, camera, reached, integrator="path")
@@ -256,7 +256,7 @@ def test_small_image_does_not_wait_for_a_long_one(world: raycam.World, camera: r
     assert begun.wait(PATIENCE)
     small = threading.Thread(target=lambda: raycam.render(world, camera.resized((80, 66)), samples=4))
     small.start()
-    small.join(PATIENCE)  # a tile of the long one takes hours
+    small.join(PATIENCE)  # a tile of the long image takes hours
     assert not small.is_alive()
     assert not ended.is_set()
     cancel.cancel()

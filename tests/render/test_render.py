@@ -1,4 +1,4 @@
-"""Rendering: settings, determinism, interruption, forks, and the way of a colour through a picture."""
+"""Rendering: settings, determinism, interruption, forks, and exact colours."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def test_byte_face_colors_are_rendered_unchanged() -> None:
 def slow(
     progress: Callable[[int, int], object] | None = None, cancel: raycam.Cancel | None = None
 ) -> raycam.Frame:
-    """A rendering of days: what comes back from it was stopped."""
+    """Starts a render that would take days, so it returns only if it is stopped."""
     return raycam.render(
         box_world(),
         camera((4000, 3000)),
@@ -298,7 +298,7 @@ for _ in range(4):
 
 
 def test_first_images_of_a_process_can_start_in_several_threads(tmp_path: Path) -> None:
-    """Imports for the first picture run code of Python, and with it the other threads."""
+    """The first image imports modules, which lets other Python threads run."""
     world = tmp_path / "world.toml"
     world.write_text("[[object]]\nbox = { size = 1 }\n")
     command = [sys.executable, "-c", FIRST, str(world)]
@@ -323,7 +323,7 @@ def test_gil_is_released_while_rendering() -> None:
 
     def enough(done: int, total: int) -> None:
         begun.set()
-        if time.process_time() - start > PATIENCE:  # computed, and never a turn for the other thread
+        if time.process_time() - start > PATIENCE:  # computed, although the other thread never ran
             raise TimeoutError
 
     with pytest.raises(raycam.Cancelled):

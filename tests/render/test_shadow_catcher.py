@@ -1,4 +1,4 @@
-"""Shadow catchers: their shadows against closed forms, real grounds and other samples; what masks and files have."""
+"""Shadow catchers: shadows compared with closed forms and real grounds, and their masks and files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEIGHT, HALF = 1.0, 1.0
 
 
 def camera_above() -> raycam.Camera:
-    """Parallel rays from above: 0.25 m to a pixel, the centre of the picture at x = 2."""
+    """A camera with parallel rays from above: 0.25 m per pixel, image centre at x = 2."""
     scale, (width, height) = 4.0, SIZE
     matrix = [[scale, 0, 0, (width - 1) / 2 - 2 * scale], [0, -scale, 0, (height - 1) / 2], [0, 0, 0, 1]]
     return raycam.Camera.from_matrix(matrix, SIZE)
@@ -48,7 +48,7 @@ def caught(world: raycam.World, camera: raycam.Camera, **options: Any) -> raycam
 
 
 def test_umbra_keeps_the_light_of_the_sky() -> None:
-    # The direct light's sky is not occluded: E = pi L of it, and the sun's irradiance times the cosine.
+    # The sky is not occluded: E = pi L, plus the sun's irradiance times the cosine.
     sun, sky = 2.0, 0.3
     for elevation in (30.0, 50.0):
         world = scene()
@@ -71,7 +71,7 @@ def test_umbra_keeps_the_light_of_the_sky() -> None:
 
 
 def wall_factor(distance: Any, along: Any) -> Any:
-    """The share of the cosine-weighted sky that one side of the box hides from a point of the ground before it.
+    """The share of the cosine-weighted sky that a side of the box hides from a ground point in front of it.
 
     J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4: an element at the corner of a
     rectangle that stands on its plane, from the corner to either side.
@@ -97,13 +97,13 @@ def test_shadows_under_a_uniform_sky_equal_configuration_factors(integrator: Any
             for seed in range(12)
         ]
     )
-    within = (np.arange(16) + 0.5) / 16 - 0.5  # of a pixel, over which it is the mean
+    within = (np.arange(16) + 0.5) / 16 - 0.5  # a pixel is the mean over its area
     x = 2 + (np.arange(14, 30)[:, None] + within - (SIZE[0] - 1) / 2) / 4
     y = -(np.arange(9, 15)[:, None] + within - (SIZE[1] - 1) / 2) / 4
     expected = 1 - wall_factor(x[None, None] - HALF, y[:, :, None, None]).mean(axis=(1, 3))
     seen = np.maximum(
         runs.var(axis=0, ddof=1), expected * (1 - expected) / 64
-    )  # few rays meet what is far away
+    )  # few rays hit distant objects
     z = (runs.mean(axis=0) - expected) / np.sqrt(seen / len(runs))
     assert np.abs(z).max() < 6, np.abs(z).max()
     assert abs(z.mean()) < 0.4
@@ -111,7 +111,7 @@ def test_shadows_under_a_uniform_sky_equal_configuration_factors(integrator: Any
 
 
 def lit() -> raycam.World:
-    """Coloured light and bounces between a red box and a green ground."""
+    """Coloured light, and interreflection between a red box and a green ground."""
     world = scene(color=[0.2, 0.6, 0.3], box_color=[0.9, 0.1, 0.1])
     world.add_light("sun", direction=[1, 0.4, -1], irradiance=[3, 2.5, 2], angular_diameter=5)
     world.add_light("sky", radiance=[0.2, 0.3, 0.5])
@@ -139,7 +139,7 @@ def test_shadow_over_its_own_ground_equals_a_render_of_the_ground() -> None:
 
 
 def test_glossy_shadow_catcher_shows_reflections() -> None:
-    # The material of the catcher says whether objects are reflected: that of `color` alone reflects none.
+    # Only a glossy material of the catcher reflects objects; a material with only a `color` does not.
     camera = raycam.Camera.look_at([5, -4, 2.5], [0.5, 0, 0], fov=35, size=(32, 24))
     settings: dict[str, Any] = {"integrator": "path", "samples": 96, "max_depth": 4}
     shown = {}
@@ -188,7 +188,7 @@ def test_shadow_catcher_in_an_opaque_image_gives_a_notice() -> None:
 
 def test_ground_truth_omits_shadow_catchers_unless_requested() -> None:
     world, camera = lit(), raycam.Camera.look_at([7, -6, 5], [1, 0, 0], fov=35, size=(48, 36))
-    world.set_object("box", location=[0, 0, 0])  # the lower half is in the ground
+    world.set_object("box", location=[0, 0, 0])  # the lower half is below the ground
     shown = raycam.render(world, camera, samples=1, channels="all")
     frame = caught(world, camera, samples=4, channels="all")
     box = shown["instance"] == 1
@@ -214,7 +214,7 @@ def test_translucent_object_shows_the_shadow_catcher_behind_it() -> None:
     frame = caught(world, camera_above(), integrator="path", samples=256)
     alpha, shadow = frame["alpha"][12, 18], frame["shadow"][12, 18]
     np.testing.assert_allclose(alpha, 0.5, atol=0.1)
-    np.testing.assert_allclose(shadow, 0.5, atol=0.1)  # half of the sun comes through
+    np.testing.assert_allclose(shadow, 0.5, atol=0.1)  # half of the sunlight is transmitted
     np.testing.assert_array_equal(frame["shadow"][0, 0], 1)
 
 

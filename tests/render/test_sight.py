@@ -60,7 +60,7 @@ def test_scene_without_lit_surfaces_gives_a_notice(integrator: str, tmp_path: Pa
     dark.append(below)
     turned = raycam.World()
     turned.add_object(sphere={})
-    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # shines up
+    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # emits upwards
     dark.append(turned)
     dark.append(lit_world(color=[0, 0, 0]))
     for world in dark:
@@ -138,7 +138,7 @@ def test_empty_region_gives_no_notice() -> None:
 
 @pytest.mark.parametrize("up", ["z", "y"])
 def test_default_view_shows_slanted_planes(up: str) -> None:
-    """Planes through all small whole numbers: none is seen from its edge."""
+    """Planes with all small integer normals: none is seen edge-on."""
     for normal in np.ndindex(7, 7, 4):
         n = np.array(normal, dtype=float) - [3, 3, 0]
         if not n.any():

@@ -1,4 +1,4 @@
-"""The terminator of smooth coarse meshes: light ends where the interpolated normal says, and energy stays."""
+"""The terminator of smooth coarse meshes: light ends according to the interpolated normals, and energy is conserved."""
 
 from __future__ import annotations
 

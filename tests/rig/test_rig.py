@@ -1,4 +1,4 @@
-"""Rigs: cameras on one moving body, in worlds, in files, and in pictures."""
+"""Rigs: cameras on one moving body, in worlds, files and images."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def turned(seed: int) -> np.ndarray:
 
 
 def pair() -> raycam.Rig:
-    """Two cameras with lenses on a body that is neither of them."""
+    """Two cameras with lenses, mounted on a body with its own axes."""
     cameras = {
         "left": raycam.Camera(K, turned(1), [0.1, 0.2, 0.0], (320, 240), distortion=[-0.2, 0.05, 0, 0]),
         "right": raycam.Camera(
@@ -209,7 +209,7 @@ def test_colmap_rigs_and_frames_round_trip_with_pycolmap(tmp_path: Path, format:
 def test_unsupported_properties_of_a_rig_give_notices_on_writing(tmp_path: Path) -> None:
     blurred = ahead().with_aperture(0.01, focus=2).with_vignetting(cos4=True)
     moving = ahead().moving(ahead().at_pose(np.eye(3), [1, 0, 0]), exposure=0.1)
-    single = {"ros", "camodocal", "orb-slam", "tum-intrinsics"}  # these hold one camera
+    single = {"ros", "camodocal", "orb-slam", "tum-intrinsics"}  # these formats contain one camera
     for format in sorted(set(WRITTEN_FORMATS) - single):
         options = {"times": {"a": 1.0, "b": 2.0}} if format in ("tum", "euroc") else {}
         notices = raycam.save_cameras(tmp_path / format, {"a": blurred, "b": moving}, format, **options)
@@ -233,7 +233,7 @@ def test_disparity_of_a_rig_equals_the_closed_form_and_opencvs_points() -> None:
         k, zero, k, zero, rig["left"].size, np.eye(3), np.array([[-0.2], [0], [0]]), alpha=-1,
         flags=cv2.CALIB_ZERO_DISPARITY,
     )  # fmt: skip
-    Q[:2, 3] = -k[:2, 2]  # OpenCV chooses a principal point of its own
+    Q[:2, 3] = -k[:2, 2]  # OpenCV chooses its own principal point
     Q[2, 3] = k[0, 0]
     points = cv2.reprojectImageTo3D(left["disparity"].astype(np.float32), Q)
     in_camera = (left["position"] - rig["left"].C) @ rig["left"].R.T

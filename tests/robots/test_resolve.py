@@ -12,7 +12,7 @@ from support.raises import raises
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A workspace with two packages and a secret outside of them."""
+    """A workspace with two packages and a file outside of them."""
     for name in (
         "ws/one/urdf/r.urdf",
         "ws/one/meshes/A b.stl",

@@ -1,4 +1,4 @@
-"""USD files, written here by Pixar's library and read by raycam."""
+"""USD files, written by OpenUSD and read by raycam."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def square(made: Any, name: str = "/world/square", points: Any = SQUARE) -> Any:
 
 
 def png(path: Path, color: tuple[int, int, int]) -> None:
-    """A picture of one pixel."""
+    """An image of one pixel."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -107,7 +107,7 @@ def test_mesh_positions_equal_those_of_openusd(tmp_path: Path, suffix: str) -> N
     assert len(triangles) == 2
     found = np.unique(np.round(triangles.reshape(-1, 3), 9), axis=0)
     np.testing.assert_allclose(found, np.unique(np.round(expected, 9), axis=0), atol=1e-9)
-    # The arrow's own area, 2.5 minus its notch, seen by its edges: concave polygons keep their shape.
+    # The arrow's area is 2.5 minus its notch: concave polygons keep their shape.
     edges = triangles[:, 1:] - triangles[:, :1]
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
     closed = np.vstack([expected, expected[:1]])
@@ -327,7 +327,7 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
     assert set(lights) == {"sun", "point", "area", "disk", "sky"}
     np.testing.assert_allclose(lights["sun"]["irradiance"], [2, 2, 2])
     np.testing.assert_allclose(lights["sun"]["direction"], [0, 0, -1], atol=1e-12)
-    # Radiance 6 leaves 4 pi r^2 of surface: pi times each.
+    # Power of radiance 6 from the surface 4 pi r^2: pi times radiance times area.
     np.testing.assert_allclose(lights["point"]["power"], 6 * math.pi * 4 * math.pi * 0.25**2, rtol=1e-6)
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
@@ -336,7 +336,7 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
 
 
 def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
-    """As Blender writes a point light of 100 W: by UsdLux, normalised power does not depend on the radius."""
+    """Blender writes such a point light of 100 W; in UsdLux, normalised power does not depend on the radius."""
     made = stage(tmp_path / "a.usda")
     square(made)
     for name, radius in {"bulb": 0.0, "ball": 0.5}.items():
@@ -347,7 +347,7 @@ def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
         light.CreateTreatAsPointAttr(name == "ball")
     made.Save()
     lights = raycam.load(tmp_path / "a.usda").lights
-    assert [light["radius"] for light in lights] == [0.0, 0.0]  # a hint that is no input, and was not read
+    assert [light["radius"] for light in lights] == [0.0, 0.0]  # a hint that is not an input and is not read
     np.testing.assert_allclose([light["power"] for light in lights], np.full((2, 3), 100.0), rtol=1e-6)
 
 
@@ -386,7 +386,7 @@ def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
     assert "1 Points prims" in said
     assert "/world/square: subdivision" in said
     assert "0.01 m" in said
-    # Without anything left, the error says why.
+    # If nothing is left, the error contains the cause.
     other = stage(tmp_path / "b.usda")
     UsdGeom.Points.Define(other, "/dust")
     other.Save()
@@ -395,13 +395,13 @@ def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
 
 
 def test_meters_per_unit_in_single_precision_is_read(tmp_path: Path) -> None:
-    """As Blender 2.8 wrote it."""
+    """Blender 2.8 wrote the unit this way."""
     path = tmp_path / "a.usdc"
     made = stage(path)
     square(made)
     UsdGeom.SetStageMetersPerUnit(made, 0.5)
     made.Save()
-    # A value in place, as float32: the type after it is 9 for double and 8 for float.
+    # Change the stored value to float32: the type code that follows it is 9 for double and 8 for float.
     half, data = struct.pack("<f", 0.5) + b"\0\0", path.read_bytes()
     assert data.count(half + b"\x09\x40") == 1
     path = tmp_path / "b.usdc"

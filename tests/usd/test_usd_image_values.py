@@ -1,4 +1,4 @@
-"""Numbers of the images of UsdUVTexture: scale, bias, channel, colour space; by the specification's formulas."""
+"""Scale, bias, channel and colour space of UsdUVTexture, compared with the specification's formulas."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def linear(srgb: Any) -> Any:
 
 
 def painted(folder: Path, pixel: Any, outputs: dict[str, str], **inputs: Any) -> raycam.World:
-    """A square whose image is one pixel, repeated, with the rest a matt white."""
+    """A square with a one-pixel image and an otherwise matte white material."""
     write_image(folder / "image.png", np.tile(np.asarray(pixel, np.uint8), (4, 4, 1)))
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint", diffuseColor=(1.0, 1.0, 1.0), roughness=1.0)
@@ -83,7 +83,7 @@ def test_connected_image_channel_is_used(
     assert not world.notices
     value = pixel["rgb".index(output)] / 255
     expected = np.clip((linear(value) if space == "sRGB" else value) * scale + bias, 0, 1)
-    # The judge reads raycam's glTF: roughness is its green, metalness its blue.
+    # The expected value is read from raycam's glTF file: roughness is green, metalness blue.
     world.to_gltf(tmp_path / "a.glb")
     data = (tmp_path / "a.glb").read_bytes()
     size = int.from_bytes(data[12:16], "little")
@@ -119,7 +119,7 @@ def test_normal_map_scale_and_bias_are_applied(tmp_path: Path, scale: Any, bias:
     assert any("/paint" in str(notice) and "scale 2" in str(notice) for notice in world.notices)
     world.add_light("sun", direction=(-normal).tolist(), irradiance=np.pi)
     flat = seen(world, "color", samples=1, integrator="direct")
-    # Lambert: full light where the normal looks at the sun, 0.8 of it on the flat square.
+    # Lambert: full light if the normal points to the sun, 0.8 of it on the flat square.
     assert lit[0] / flat[0] == pytest.approx(1 / 0.8, rel=0.04)
 
 

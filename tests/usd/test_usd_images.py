@@ -1,4 +1,4 @@
-"""Images of UsdPreviewSurface: wrapping, transforms, opacity; the right value is computed from their pixels."""
+"""Images of UsdPreviewSurface: wrapping, transforms and opacity, compared with values computed from their pixels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def linear(srgb: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 
 def index(place: npt.NDArray[np.int64], size: int, wrap: str) -> npt.NDArray[np.int64]:
-    """The texel at a place beyond the image; -1 for black."""
+    """The index of the texel at a position outside of the image; -1 for black."""
     if wrap == "clamp":
         return np.clip(place, 0, size - 1)
     if wrap == "mirror":
@@ -35,7 +35,7 @@ def index(place: npt.NDArray[np.int64], size: int, wrap: str) -> npt.NDArray[np.
 def looked_up(
     pixels: npt.NDArray[np.uint8], u: Any, v: Any, wraps: tuple[str, str]
 ) -> npt.NDArray[np.float64]:
-    """The bilinear value at coordinates whose v goes upwards, as UsdPreviewSurface defines them."""
+    """The bilinear value at texture coordinates with v upwards, as in UsdPreviewSurface."""
     height, width = pixels.shape[:2]
     x, y = u * width - 0.5, (1 - v) * height - 0.5
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -57,7 +57,7 @@ def seen(
     corners: tuple[float, float] = (-1.5, 2.5),
     size: int = 48,
 ) -> tuple[npt.NDArray[np.float64], Any, Any, raycam.World]:
-    """The colours of a square that is seen from above, and the coordinates of its pixels, between `corners`."""
+    """The colours of a square seen from above, and the coordinates of its pixels between `corners`."""
     write_image(folder / "image.png", PIXELS)
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint")
@@ -138,7 +138,7 @@ def test_image_without_texture_coordinates_is_one_color(tmp_path: Path, kind: st
 
 
 def test_unconnected_image_alpha_gives_no_notice(tmp_path: Path) -> None:
-    # usd-wg/assets, McUsd: the colour is read from an image with alpha, which nothing asks for
+    # usd-wg/assets, McUsd: the colour comes from an image with alpha, which is not connected to an input
     alpha = np.full((4, 8, 1), 128, np.uint8)
     write_image(tmp_path / "image.png", np.concatenate([PIXELS, alpha], axis=2))
     made = stage(tmp_path / "a.usda")
@@ -175,7 +175,7 @@ LADDER = np.linspace(0, 255, 16).round().astype(np.uint8)
 
 
 def coverage(folder: Path, pixels: npt.NDArray[np.uint8], output: str, **inputs: Any) -> Any:
-    """The share of each column of an image of 16 columns that is there, by the alpha of a picture."""
+    """The mean alpha of each of the 16 columns of the rendered image."""
     write_image(folder / "image.png", pixels)
     made = stage(folder / "a.usda")
     threshold = inputs.pop("opacityThreshold", None)

@@ -1,4 +1,4 @@
-"""Instances of USD: prototypes, primvars of each instance, nested instancers. The judge is Pixar's library."""
+"""Instances of USD (prototypes, primvars per instance, nested instancers), compared with OpenUSD."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Layers and images that a stage names: what may not or cannot be read is left out, with a notice."""
+"""Layers and images named by a stage: files that are forbidden or unreadable are omitted with a notice."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def names(world: raycam.World) -> list[str]:
 
 
 def corners(world: raycam.World) -> Any:
-    """The corners of each triangle, sorted, and so the triangles."""
+    """The triangles, sorted, with sorted vertices."""
     return np.array(sorted(sorted(triangle.tolist()) for triangle in world.triangles()))
 
 
 def pixar_meshes(path: Path) -> list[str]:
-    """The names of the meshes that Pixar's library finds."""
+    """The names of the meshes found by OpenUSD."""
     opened = Usd.Stage.Open(str(path))
     return sorted(prim.GetName() for prim in opened.Traverse() if prim.IsA(UsdGeom.Mesh))
 
@@ -135,7 +135,7 @@ def test_folder_argument_must_contain_the_file(tmp_path: Path) -> None:
 
 
 def test_loaded_file_may_be_a_symbolic_link(tmp_path: Path) -> None:
-    """As in the cache of Hugging Face: the names lie in one folder, the bytes in another."""
+    """As in the cache of Hugging Face: one folder contains the names as links, another the files."""
     made = stage(tmp_path / "made" / "a.usda")
     mesh, paint = square(made), material(made, "/world/paint")
     uvs(mesh)
@@ -271,7 +271,7 @@ def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
     assert any("no lights and cameras" in str(notice) and "1 " in str(notice) for notice in world.notices)
-    # In a world with another axis up it stands upright: y becomes z.
+    # In a world with another up axis it is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
     points = alone.triangles().reshape(-1, 3)

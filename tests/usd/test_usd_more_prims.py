@@ -93,7 +93,7 @@ POLES = {
 
 @pytest.mark.parametrize(("up", "pole"), [*POLES, ("Y", "Z"), ("Z", "Y")])
 def test_dome_light_pole_axis_is_applied(tmp_path: Path, up: str, pole: str) -> None:
-    """The direction of the image's middle and of its top, as the schema `DomeLight_1` defines them."""
+    """The directions of the image's centre and top, as defined by the schema `DomeLight_1`."""
     pixels = np.zeros((16, 32, 3), np.uint8)
     pixels[7:9, 15:17] = (255, 0, 0)  # the middle
     pixels[:3] = (0, 255, 0)  # the top
@@ -137,7 +137,7 @@ def test_subdivision_surface_keeps_its_face_colors(tmp_path: Path, interpolation
     for chosen, color in ((x < -0.1, red), (x > 0.1, blue)):
         assert chosen.sum() > 50
         np.testing.assert_allclose(frame["albedo"][chosen], [color] * chosen.sum(), atol=1e-5)
-    # The ridge stays smooth: its normal is the mean of those of both sides, up.
+    # The ridge stays smooth: its normal is the mean of both sides, which points up.
     ridge = np.abs(x) < 0.08
     assert ridge.any()
     np.testing.assert_allclose(frame["shading_normal"][ridge][:, 2], 1, atol=0.02)

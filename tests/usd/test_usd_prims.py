@@ -299,7 +299,7 @@ def test_stage_without_geometry_is_read_as_an_empty_world(tmp_path: Path, kind: 
     if kind == "materials":
         material(made, "/red", diffuseColor=(1.0, 0.0, 0.0))
     elif kind == "look":
-        # usd-wg/assets, OpenChessSet: MaterialX has nothing to see, and neither has a missing image
+        # usd-wg/assets, OpenChessSet: only MaterialX materials and a missing image
         made.DefinePrim("/look").GetReferences().AddReference("./a.mtlx", "/MaterialX")
         image(made, material(made, "/red"), "gone.png", {"diffuseColor": "rgb"})
     elif kind == "camera":
@@ -314,7 +314,7 @@ def test_stage_without_geometry_is_read_as_an_empty_world(tmp_path: Path, kind: 
 
 @pytest.mark.parametrize("interpolation", ["uniform", "vertex", "faceVarying"])
 def test_face_opacities_are_read(tmp_path: Path, interpolation: str) -> None:
-    """Faces of several opacities; the right value is their share of the picture."""
+    """Faces with different opacities; the expected value is their share of the image."""
     made = stage(tmp_path / "a.usda")
     mesh = UsdGeom.Mesh.Define(made, "/world/cells")
     mesh.CreatePointsAttr([(x, y, 0) for y in (-1, 1) for x in (-2, 0, 0, 2)])
@@ -354,7 +354,7 @@ def test_primvar_colors_of_a_material_are_read(tmp_path: Path, interpolation: st
 
 
 def test_degenerate_faces_are_omitted_with_a_notice(tmp_path: Path) -> None:
-    """Faces of one and two corners, and those with a point that is not finite."""
+    """Faces with one or two vertices, and faces with a point that is not finite."""
     made = stage(tmp_path / "a.usda")
     points = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), (float("nan"), 0, 0)]
     mesh = square(made, points=points)

@@ -1,4 +1,4 @@
-"""Skeletons, blend shapes and time of USD, beside what Pixar's library bakes."""
+"""Skeletons, blend shapes and time of USD, compared with OpenUSD's baked skinning."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def strip(made: Any, name: str, quads: int = 6) -> Any:
 
 
 def arm(path: Path, case: str) -> Any:
-    """A strip on two joints that turn; the case says what else is odd."""
+    """A strip with two rotating joints; `case` adds an unusual feature."""
     made = stage(path)
     made.SetStartTimeCode(1)
     made.SetEndTimeCode(25)
@@ -83,7 +83,7 @@ def arm(path: Path, case: str) -> Any:
 
 
 def odd_arm(path: Path, case: str) -> Any:
-    """The strip of `arm` with what few files have."""
+    """The strip of `arm` with rarely used features."""
     made = arm(path, "shapes and joints" if case == "shapes between" else case)
     if case == "shapes between":
         between = UsdSkel.BlendShape(made.GetPrimAtPath("/root/strip/bulge")).CreateInbetween("half")
@@ -118,7 +118,7 @@ ODD_CASES = ["shapes between", "one animated joint", "bound above, sheared"]
 
 
 def baked(path: Path, time: float) -> npt.NDArray[np.float64]:
-    """The points of all meshes in the world as Pixar's library bakes them."""
+    """The points of all meshes in world coordinates, as baked by OpenUSD."""
     opened = Usd.Stage.Open(str(path))
     for prim in opened.Traverse():
         if prim.IsA(UsdSkel.Root):
@@ -179,7 +179,7 @@ def test_instances_of_a_skinned_model_have_equal_shapes(tmp_path: Path) -> None:
 
 
 def test_skinned_normals_rotate_with_the_joints(tmp_path: Path) -> None:
-    """The normals of a rigid turn are those of the faces."""
+    """After a rigid rotation, the normals equal the face normals."""
     made = arm(tmp_path / "a.usda", "rigid")
     mesh = UsdGeom.Mesh(made.GetPrimAtPath("/root/strip"))
     mesh.CreateNormalsAttr([(0, 0, 1)] * 14)

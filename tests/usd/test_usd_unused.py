@@ -1,4 +1,4 @@
-"""What USD says of lights, cameras and models and raycam does not use is told."""
+"""Attributes of USD lights, cameras and models that raycam ignores give notices."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_f_stop_determines_the_aperture(tmp_path: Path, length: float, stop: flo
     world = raycam.load(tmp_path / "a.usda")
     aperture = world.cameras["camera"].aperture
     assert aperture is not None
-    # The diameter is the focal length, which USD writes in tenths of the unit, over the f-stop.
+    # The aperture's diameter is the focal length (in tenths of the unit) divided by the f-stop.
     assert aperture["radius"] == pytest.approx(length / 10 / stop / 2)
     assert aperture["focus"] == focus
     assert not world.notices

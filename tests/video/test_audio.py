@@ -1,4 +1,4 @@
-"""Sound beside pictures: as long as they, and where the codec keeps every bit, the same. Read back by FFmpeg."""
+"""Sound of videos: as long as the images, and unchanged by lossless codecs; read back by FFmpeg."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every codec of videos: what is lossless is, opacity stays, bytes repeat. Read back by FFmpeg."""
+"""Every video codec: lossless images, opacity and equal bytes; read back by FFmpeg."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SIZE = (64, 48)
 
 
 def decoded(path: Path, components: int) -> list[np.ndarray]:
-    """The pictures of a file. FFmpeg's own decoder of VP9 knows no opacity, Google's does."""
+    """The images of a file. FFmpeg's own VP9 decoder does not support opacity, so Google's is used."""
     kind = "rgba" if components == 4 else "rgb24"
     with av.open(str(path)) as file:
         stream = file.streams.video[0]
@@ -37,7 +37,7 @@ def test_decoded_gif_equals_the_images(tmp_path: Path, row: tuple[str, bool, boo
     rng = np.random.default_rng(3)
     components = 4 if alpha else 3
     pictures = [rng.integers(0, 256, (*SIZE[::-1], components), np.uint8) for _ in range(5)]
-    if not lossless:  # patches of colour, whose middle survives halved colours and quantisation
+    if not lossless:  # colour patches, whose centres survive chroma subsampling and quantisation
         patches = rng.integers(0, 256, (3, 4, components), np.uint8)
         pictures = [np.kron(np.roll(patches, i, 1), np.ones((16, 16, 1), np.uint8)) for i in range(5)]
     for name in ("one", "two"):

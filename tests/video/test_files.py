@@ -1,4 +1,4 @@
-"""Which video files there are, and PNG pictures read back. Pillow is the other reader."""
+"""Video files and their options, and PNG images, read back by Pillow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FFmpeg's filters: pictures go in, frames come out."""
+"""FFmpeg's filters."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""GIF files and PNG pictures without PyAV, read again by Pillow."""
+"""GIF files and PNG images written without PyAV, read back by Pillow."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def test_mp4_uses_a_widely_supported_format_and_shows_the_frames(tmp_path):
 
 
 def test_mp4_colors_equal_those_of_the_images(tmp_path):
-    # A frame full of one colour has no edges that chroma subsampling could blur.
+    # A frame of one colour has no edges that chroma subsampling could blur.
     for color in ("#d02020", "#20a050", "#3050e0", "#ffffff", "#000000", "#808080"):
         world = raycam.World()
         world.add_object(plane={"size": [9, 9]}, color=color)
@@ -179,11 +179,11 @@ def test_static_objects_are_built_once(tmp_path):
     film.frame(0)
     for moment in (world.at(0.5), world.at(1.0)):
         assert moment._core.objects_shared_with(world._core) == 2
-    # Nor is the world itself prepared first: whoever is builds for all.
+    # The world itself need not be prepared first: the first world that is prepared builds for all.
     fresh = moving_world()
     moment = fresh.at(0.5)
     assert moment._core.objects_shared_with(fresh._core) == 2
-    # A mesh that bends has another tree, and shares all else.
+    # A deforming mesh has its own tree; all other structures are shared.
     bending = bending_plate(tmp_path)
     for number in range(3):
         bending.add_object(box={"size": 0.1}, name=f"box {number}", location=[number, 0, 0])
@@ -192,7 +192,7 @@ def test_static_objects_are_built_once(tmp_path):
     for number in (0, 5, 20):
         moment = bending.at(film.time(number), 0).prepare()
         assert moment._core.objects_shared_with(bending._core) == 3 + (number == 0)
-    # An object more is built alone.
+    # An additional object is built separately.
     grown = world.at(0.0)
     grown.add_object(box={"size": [2, 1, 1]})
     assert grown._core.objects_shared_with(world._core) == 2
@@ -225,7 +225,7 @@ def test_transparent_images_over_the_sky_equal_opaque_images(integrator):
     alpha = clear["alpha"][..., None]
     assert 0 < (alpha == 0).mean() < 1
     assert ((alpha > 0) & (alpha < 1)).any()
-    if integrator in ("direct", "path"):  # the others see surfaces as they are
+    if integrator in ("direct", "path"):  # the other integrators show surfaces directly
         veil = alpha[clear["instance"] == 2]
         assert 0.3 < np.median(veil) < 0.9
     behind = 1.0 if integrator == "ao" else sky
@@ -245,7 +245,7 @@ def test_images_and_videos_contain_opacity(tmp_path):
     np.testing.assert_array_equal(pixels[..., 3], np.round(frame["alpha"] * 255))
     edge = (pixels[..., 3] > 0) & (pixels[..., 3] < 255)
     assert edge.any()
-    # At the edges to the sky, colours are those of the box and the plane, not darkened: half of each is 188.
+    # At edges to the sky, colours of the box and the plane are not darkened: half of each is 188.
     assert pixels[edge][:, :3].max(axis=1).min() >= 188
     write_video(moving_world(), tmp_path / "a.mkv", transparent_background=True, frames=(2, 4), **FLAT)
     with av.open(str(tmp_path / "a.mkv")) as file:
@@ -282,7 +282,7 @@ def test_interrupted_video_leaves_no_files(tmp_path):
 
 
 def test_encoder_errors_are_raised(tmp_path, monkeypatch):
-    # Pictures are encoded by a thread of its own while the next one is rendered.
+    # Images are encoded in a separate thread while the next one is rendered.
     threads = set()
     real = raycam.Frame.to_srgb8
 

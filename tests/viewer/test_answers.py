@@ -1,4 +1,4 @@
-"""Slow answers: in the order of their client, beside those of others, and nobody's end waits for them."""
+"""Slow answers: in order for each client, in parallel for different clients, and without delaying close()."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from support.patience import until
 
 
 class Slow:
-    """Answers that take until they are let go."""
+    """Answers that wait until they are released."""
 
     def __init__(self) -> None:
         self.begun: list[tuple[Session, int]] = []
@@ -68,7 +68,7 @@ def test_answers_in_progress_and_in_the_queue_are_limited(slow: Slow, small_worl
     for number in range(1, MOST_WAITING + 1):
         all_answers.queue_message(session, Explain(number, 0, 0))
     assert [each["type"] for each in heard] == ["notice"]
-    # Whoever leaves is forgotten: nothing more of it begins.
+    # No further answer is started for a client that has left.
     all_answers.forget(session)
     slow.gate.set()
     all_answers.close()

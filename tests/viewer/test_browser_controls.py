@@ -1,6 +1,6 @@
-"""The live view's controls in a browser: what is typed, what keys do, and what the page says of itself.
+"""The live view's controls in a browser: text fields, keys, and the status line.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -91,7 +91,9 @@ def test_invalid_numbers_are_refused_with_name_and_range(tab: Tab, live: Server)
     press(tab, "Escape")
     assert said(tab) == ""
     assert session.view.camera == before
-    assert text_of(tab, "status-connection") == "connected"  # nothing of it was sent, which would be a strike
+    assert (
+        text_of(tab, "status-connection") == "connected"
+    )  # nothing was sent, which the server would count as an invalid message
 
 
 def test_unchanged_numbers_keep_all_digits(tab: Tab) -> None:
@@ -137,7 +139,7 @@ def test_keys_dolly_pan_and_frame_the_selected_object(tab: Tab, live: Server) ->
     tab.wait("document.getElementById('pixel-place').textContent.includes('held')")
     press(tab, "f")
     until(lambda: session.view.camera_name == "")
-    assert np.allclose(session.view.pivot, 0)  # the middle of the box, not of box and floor
+    assert np.allclose(session.view.pivot, 0)  # the centre of the box, not of box and floor
     press(tab, "Tab")
     before = session.view.camera
     press(tab, "w")
@@ -170,12 +172,12 @@ def test_new_session_restores_the_settings_of_the_page(tab: Tab, live: Server) -
     for box in ("show-grid", "show-cameras"):
         tab.evaluate(f"document.getElementById('{box}').click()")
     until(lambda: session.shows_grid and session.shows_cameras)
-    session.visible = False  # as if it had been hidden before the connection was cut
+    session.visible = False  # as if the page had been hidden before the connection was lost
     tab.wait("document.getElementById('status-connection').textContent === 'connected'")
     session.connection.send(session.welcome())
     until(lambda: session.visible)
     assert tab.evaluate("document.getElementById('show-grid').checked")
-    session.shows_grid = session.shows_cameras = False  # as a session of a server that was started anew
+    session.shows_grid = session.shows_cameras = False  # like a session of a restarted server
     session.connection.send(session.welcome())
     tab.wait(
         "!document.getElementById('show-grid').checked && !document.getElementById('show-cameras').checked"

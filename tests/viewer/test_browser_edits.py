@@ -1,4 +1,4 @@
-"""Worlds changed in a browser: handles that are dragged, files that are dropped. Needs Chromium: `make proof`."""
+"""Worlds changed in a browser by dragging handles and dropping files. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Serve = Callable[..., Server]
 
 @pytest.fixture
 def serve(small_world: raycam.World) -> Iterator[Serve]:
-    """Starts a server of the small world."""
+    """Starts a server that shows the small world."""
     made: list[Server] = []
 
     def start(*, allows_open: bool = False) -> Server:
@@ -60,7 +60,7 @@ def serve(small_world: raycam.World) -> Iterator[Serve]:
 
 
 def rest(tab: Tab, session: Session) -> None:
-    """Waits for the last sample of the view as it is now."""
+    """Waits for the last sample of the current view."""
     until(
         lambda: (
             not session.images.is_moving
@@ -77,7 +77,7 @@ def matrix_of(session: Session) -> np.ndarray:
 
 
 def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
-    """The place in the window of the end of a handle of the first object."""
+    """The window position of the end of a handle of the first object."""
     found = handles(matrix_of(session), np.zeros(3), session.view.still_camera, session.selection.tool)
     (lines,) = (each["lines"] for each in found if each["handle"] == handle)
     u, v = lines[0][-1]
@@ -132,7 +132,7 @@ def test_handle_drag_is_one_step_of_undo(
 
 
 def truth(session: Session) -> np.ndarray:
-    """Distances in the picture that the view shows."""
+    """The channel `distance` of the displayed image."""
     return np.array(
         raycam.render(session.view.world, session.view.still_camera, channels="depth", samples=1)["depth"]
     )
@@ -229,7 +229,7 @@ def test_invalid_dropped_files_show_an_error_and_keep_the_view(
     path = tmp_path / name
     path.write_text(text)
     tab.drop(*place_of(tab, 24, 16, SIZE), [path])
-    # Not the notice that its bytes are there, which has its name.
+    # Not the notice that the file was received, which contains its name.
     tab.wait("document.getElementById('message').classList.contains('error')")
     tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
     tab.wait("!document.getElementById('message').hidden")

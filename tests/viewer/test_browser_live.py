@@ -1,6 +1,6 @@
-"""The live view by the ways people take: flight, lenses, time, light, files, reloads, other pages.
+"""Use of the live view in a browser: flight, lenses, time, light, files, reloads, other pages.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ interpolation = "linear"
 keyframe = [{ time = 0, object = "ball", location = [0, 0, 1] }, { time = 2, object = "ball", location = [2, 0, 1] }]
 """
 
-# A page tries to talk to the server, to read its script, to run it, and to frame its page.
+# A page of another origin tries to open the socket, to read and run the script, and to embed the page.
 TRY = """(async () => {
   const [base, token] = ["%s", %s];
   const socket = await new Promise((done) => {
@@ -107,7 +107,7 @@ def live(world: raycam.World) -> Iterator[Server]:
 
 
 def rest(tab: Tab, session: Session) -> None:
-    """Waits for the last sample of the view as it is now."""
+    """Waits for the last sample of the current view."""
     until(lambda: not session.images.is_moving and session.images.still is not None)
     until(
         lambda: (
@@ -119,7 +119,7 @@ def rest(tab: Tab, session: Session) -> None:
 
 
 def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
-    """The picture at 1:1, at the places where the rounding of its middle may put it."""
+    """The displayed image at 1:1, at each position that rounding of its centre allows."""
     tab.evaluate("document.getElementById('one-to-one').click()")
     tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     data = tab.evaluate(
@@ -224,7 +224,7 @@ def test_walking_keeps_the_camera_height_above_the_ground(
     assert np.array_equal(session.view.camera.location, before)
     places, go = [before], session._go
     monkeypatch.setattr(session, "_go", lambda moved: (places.append(moved.location), go(moved)))
-    # Over the ball, whose top is at 2 m, and down again; slow machines see only some of the places.
+    # Over the ball, whose top is at 2 m, and down again; slow machines sample only some of the positions.
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="W", code="KeyW", modifiers=8)
     until(lambda: places[-1][0] < -2)
     tab.call("Input.dispatchKeyEvent", type="keyUp", key="W", code="KeyW", modifiers=8)
@@ -315,7 +315,7 @@ def test_snapshot_file_equals_render(tab: Tab, live: Server, world: raycam.World
 
 
 def downloaded(tab: Tab, folder: Path, button: str, name: str) -> Path:
-    """The file that a button gives to the browser, when it is complete."""
+    """The complete file downloaded with a button."""
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
     tab.evaluate(f"document.getElementById('{button}').click()")
     until(lambda: (folder / name).exists() and not list(folder.glob("*.crdownload")))

@@ -1,6 +1,6 @@
-"""The live view in a browser when its connection is cut, and when its server goes and comes back.
+"""The live view in a browser after lost connections and restarts of the server.
 
-Needs Chromium: `make proof`.
+Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def relay(server: Server) -> Iterator[Relay]:
 
 
 def open_through(tab: Tab, relay: Relay, token: str) -> None:
-    """Opens the live view through the relay, until its last sample."""
+    """Opens the live view through the relay, and waits for its last sample."""
     tab.said.clear()
     tab.open(f"http://127.0.0.1:{relay.port}/#t={token}")
     tab.wait(DONE)
@@ -51,7 +51,7 @@ def choose(tab: Tab, element: str, value: str) -> None:
 
 
 def paint_it_green(tab: Tab) -> None:
-    """Edits the first object, and waits for the last sample of what it is now."""
+    """Edits the first object, and waits for the last sample of the new image."""
     tab.evaluate("document.getElementById('status').textContent = ''")
     choose(tab, "object-color", "#00ff00")
     tab.wait("!document.getElementById('undo').disabled")
@@ -112,7 +112,7 @@ def test_page_reconnects_to_a_restarted_server(
     open_through(tab, relay, first.token)
     paint_it_green(tab)
     before = tab.evaluate(SHOWN)
-    relay.cut(None)  # killed: there is no farewell
+    relay.cut(None)  # killed without closing the connection
     first.close()
     tab.wait(LOST)
     assert tab.evaluate(SHOWN) == before

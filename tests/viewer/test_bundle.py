@@ -1,4 +1,4 @@
-"""The client's modules as one text."""
+"""The client's modules, bundled into one text."""
 
 from __future__ import annotations
 

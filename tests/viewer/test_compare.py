@@ -1,4 +1,4 @@
-"""The figures of a comparison in the client, against NumPy and SciPy."""
+"""The client's metrics for comparing images, compared with NumPy and SciPy."""
 
 from __future__ import annotations
 
@@ -66,6 +66,6 @@ def test_differences_are_absolute_signed_or_relative(kind: str, expected: list[f
         f"const made = differenceOf(plane(3, 1, 5, 2), plane(2, 4, 5, 0), '{kind}');"
         "return [[...made.plane.values], made.most, made.rms];",
     )
-    assert found[0] == expected  # infinity is null in JSON: a difference from zero
+    assert found[0] == expected  # infinity, the relative difference from zero, is null in JSON
     assert found[1] == 3
     assert found[2] == pytest.approx(np.sqrt((1 + 9 + 0 + 4) / 4))

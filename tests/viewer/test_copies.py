@@ -1,4 +1,4 @@
-"""What is copied from the live view: the command gives the picture that is seen."""
+"""Texts copied from the live view; the copied command renders the displayed image."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ DISPLAY = {"type": "display", "exposure": -1.0, "view": "agx"}
 
 
 def tell(session: Session, said: dict[str, Any]) -> None:
-    """Passes a message on; `ORBIT` turns the camera as the client does."""
+    """Passes a message to the session; `ORBIT` turns the camera as the client does."""
     if said is ORBIT:
         orbit(session, 14)
     else:
@@ -64,7 +64,7 @@ def tell(session: Session, said: dict[str, Any]) -> None:
 
 
 def copied_command(session: Session) -> tuple[str, list[str]]:
-    """The command, and what is said with it."""
+    """The command and its notices."""
     said: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: said.append(message))
     answer(session, Copy("command"))
@@ -93,7 +93,7 @@ def assert_gives_what_is_seen(session: Session, folder: Path) -> None:
     ).to_srgb8(session.view.exposure, session.view.transform)
     with Image.open(folder / "picture.png") as image:
         rendered = np.asarray(image).astype(int)
-    # A camera that is turned back to where an orbit began may see an edge in the next pixel, for its last digit.
+    # A camera turned back to the start of an orbit differs in the last digits, so an edge may move by a pixel.
     assert np.mean((np.abs(rendered - shown) > 1).any(axis=-1)) < 0.002
 
 

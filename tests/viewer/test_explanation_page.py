@@ -1,4 +1,4 @@
-"""The page of an explanation. Chromium draws it in `make proof`."""
+"""The page of an explanation. `make proof` draws it in Chromium."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films of a live view: a turn around the pivot, and the world's own movement."""
+"""Videos of a live view: a turn around the pivot, and the world's animation."""
 
 from __future__ import annotations
 

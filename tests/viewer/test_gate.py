@@ -1,4 +1,4 @@
-"""The gate: who is let in, as a table of requests."""
+"""The gate: accepted and refused requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Handles on an object, and what dragging them does."""
+"""Handles of an object, and the effect of dragging them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The keys: one table for the client and the documentation."""
+"""Keys: the client and the documentation have the same table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits of the server: time, messages a second, sessions that are kept, and worlds that one client opened."""
+"""Limits of the server: time, messages per second, stored sessions, and worlds opened by one client."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def opening(small_world: raycam.World) -> Iterator[Server]:
 
 
 def parts_of(server: Server) -> dict[str, Any]:
-    """Another server's address, origin and token."""
+    """A server's address, origin and token."""
     place = "{}:{}".format(*server.address)
     protocols = [Subprotocol("raycam.view.1"), Subprotocol(f"token.{server.token}")]
     return {"uri": f"ws://{place}/socket", "origin": Origin(f"http://{place}"), "subprotocols": protocols}
@@ -59,7 +59,7 @@ def test_server_limits_have_the_documented_values() -> None:
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The servers that begin from now on give half a second for a handshake."""
+    """Servers started from now on allow half a second for a handshake."""
     monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)
 
 
@@ -75,7 +75,9 @@ def test_slow_handshake_is_closed(hasty: None, server: Server) -> None:
 def test_client_without_a_hello_message_is_closed(
     server: Server, open_socket: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)  # for hello; the handshake has its usual time
+    monkeypatch.setattr(
+        serving, "HANDSHAKE_TIME", 0.5
+    )  # for the hello message; the handshake has its usual time
     made = open_socket()
     with pytest.raises(ConnectionClosed) as closed:
         made.recv(timeout=PATIENCE)
@@ -97,11 +99,11 @@ def test_probes_beyond_60_per_second_are_dropped(
     answered: list[int] = []
     monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message.id))
     now = time.monotonic()
-    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # it stands still
+    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))  # the clock stands still
     for id in range(300):
         client.say("probe", id=id, u=1, v=1)
     client.say("copy", format="toml")
-    client.hear("copied")  # comes after all of them
+    client.hear("copied")  # is sent after all of them
     assert answered == list(range(serving.MOST_PROBES))
     now += 1.5
     client.say("probe", id=300, u=1, v=1)
@@ -167,12 +169,14 @@ def test_server_answers_after_1000_invalid_connections(server: Server) -> None:
     for number in range(1000):
         with socket.create_connection(server.address) as made:
             made.sendall(json.dumps({"type": "move", "number": number}).encode() + b"\r\n\r\n")
-    until(lambda: page(server).startswith(b"HTTP/1.1 200"))  # as many as there may be are being closed still
+    until(
+        lambda: page(server).startswith(b"HTTP/1.1 200")
+    )  # the maximum number of connections may still be closing
     assert not server.sessions
 
 
 def page(server: Server) -> bytes:
-    """The begin of the answer to a request for the page; nothing where the connection is cut."""
+    """The start of the response to a request for the page; empty if the connection is closed."""
     with contextlib.suppress(ConnectionResetError), socket.create_connection(server.address) as made:
         made.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         return made.recv(65536)

@@ -66,7 +66,7 @@ def test_faint_emission_keeps_the_light_of_other_objects() -> None:
         after = color(session.view.lit, session.view.still_camera, samples=4, integrator="direct")
         assert after.mean() == pytest.approx(before.mean(), rel=0.1)
         unlit = color(session.view.world, session.view.still_camera, samples=4, integrator="direct")
-        assert unlit.mean() < 0.01 * before.mean()  # what the renderer shows without the look
+        assert unlit.mean() < 0.01 * before.mean()  # the image without the view's own light
 
 
 def test_hiding_the_only_light_makes_the_room_dark() -> None:

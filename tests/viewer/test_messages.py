@@ -1,4 +1,4 @@
-"""Messages: the table, and everything that is not in it."""
+"""Messages: the table of valid messages, and invalid ones."""
 
 from __future__ import annotations
 
@@ -99,11 +99,11 @@ TAKEN = {
     ("film", "seconds"): (1.5,),
     ("upload", "data"): ("x" * 2000,),  # is base64
     ("film", "degrees"): (1.5, -1),
-    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when it is used
+    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
     ("camera", "name"): (PATH,),  # a name that no camera has
-    ("hello", "session"): (PATH,),  # a session that is not there
+    ("hello", "session"): (PATH,),  # a session that does not exist
 }
 """Which of these values a field may have."""
 CASES = [(kind, field) for kind, made in MESSAGES.items() for field in field_types(made)]

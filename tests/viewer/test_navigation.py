@@ -1,4 +1,4 @@
-"""Navigation in the client, judged by raycam's cameras: what stays where, for every kind of camera."""
+"""Navigation in the client, checked with raycam's cameras for every kind of camera."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def view_of(camera: raycam.Camera) -> View:
 
 
 def moved(camera: raycam.Camera, *calls: str) -> list[raycam.Camera]:
-    """The cameras after calls of the client's functions on `camera`, by way of the message `move`."""
+    """The cameras that result from calls of the client's functions, sent as `move` messages."""
     view = view_of(camera)
     state = {**view.camera_message(0), "bounds": BOUNDS.tolist()}
     script = f"const camera = {json.dumps(state)}; return [{', '.join(calls)}];"
@@ -215,7 +215,7 @@ def test_ground_is_found_below_and_across_cracks() -> None:
         found = probe.ground_below(world, camera, np.array([x, 0.3, 3.0]), 0.01)
         assert found == pytest.approx(3 - steps_at(x), abs=1e-5)
     assert probe.ground_below(world, camera, np.array([9.5, 0, 2.4]), 0.1) is None
-    # 5 cm between two floors, and a cellar far below.
+    # A gap of 5 cm between two floors, and a cellar far below.
     boards = raycam.World()
     for y in (-1.025, 1.025):
         boards.add_object(box={"size": [2, 2, 0.1]}, location=[0, y, -0.05])

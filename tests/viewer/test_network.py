@@ -1,4 +1,4 @@
-"""The live view in a network: listening on all addresses, behind proxies, and ended by signals."""
+"""The live view on a network: all addresses, proxies, and signals that end it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lines over the picture."""
+"""Lines over the image."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ def test_lines_are_clipped_where_the_camera_has_no_image(model: str) -> None:
         seen = seen.replace(distortion=[0, 0, 0, 0], model="fisheye")
     line = np.linspace([-5.0, 0.3, 0.1], [5.0, 0.3, 0.1], 21)
     (cut,) = polylines([line], seen)
-    assert len(cut) == 21 if model == "fisheye" else 2 <= len(cut) < 21  # a fisheye sees what is behind it
+    assert (
+        len(cut) == 21 if model == "fisheye" else 2 <= len(cut) < 21
+    )  # a fisheye also shows points behind it
     expected = seen.project(line[-1])[0] - seen.corner
     assert np.allclose(cut[-1], expected, atol=0.06)
     assert polylines([np.full((4, 3), np.nan)], seen) == []

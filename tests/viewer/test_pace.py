@@ -1,4 +1,4 @@
-"""The size of moving pictures."""
+"""The size of images while the camera moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames as pages: one file, nothing loaded, every number in it."""
+"""Frames as pages: one file that contains every value and loads nothing."""
 
 from __future__ import annotations
 
@@ -277,5 +277,5 @@ def test_show_displays_the_page_in_a_notebook_cell(
     elements = {tag: has for tag, has, _ in Elements(shown._repr_html_()).found}
     assert elements["iframe"]["sandbox"] == "allow-scripts allow-downloads"
     assert elements["iframe"]["srcdoc"] == str(shown)
-    # What a notebook shows that is not trusted, and leaves out the frame.
+    # The content of an untrusted notebook, which omits the frame.
     assert elements["img"]["src"] == data_url("image/jpeg", frame.to_jpeg())

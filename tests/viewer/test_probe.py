@@ -1,4 +1,4 @@
-"""A pixel asked for."""
+"""Probes: the values of a pixel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames read back from .npz and .exr files, the latter beside OpenEXR."""
+"""Frames read back from .npz and .exr files; EXR files are compared with OpenEXR."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_exr_frames_are_restored(
         small_world, samples=2, channels="all", region=(4, 2, 20, 10), transparent_background=transparent
     )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", raycam.Notice)  # half holds no large values
+        warnings.simplefilter("ignore", raycam.Notice)  # half precision cannot store large values
         frame.save(tmp_path / "x.exr", half=half)
     back = load_frame(tmp_path / "x.exr")
     assert set(back) == set(frame)
@@ -124,7 +124,7 @@ def test_exr_layers_of_other_programs_keep_their_names(
             np.testing.assert_array_equal(found.view(np.uint32), expected)
         elif (
             compression.startswith("DWA") and expected.dtype.kind == "f"
-        ):  # a lossy decoder's last digits are its own
+        ):  # lossy decoders differ in the last digits
             np.testing.assert_allclose(found, expected.astype(np.float32), rtol=0.02, atol=0.02, err_msg=name)
         else:
             np.testing.assert_allclose(found, expected.astype(found.dtype), rtol=near, err_msg=name)
@@ -167,7 +167,9 @@ def test_exr_files_of_another_kind_are_refused(tmp_path: Path) -> None:
         load_frame(path)
     OpenEXR.File({"compression": OpenEXR.NO_COMPRESSION}, {"RY": plane}).write(str(path))
     data = bytearray(path.read_bytes())
-    at = data.index(b"RY\0") + 3 + 8  # after the name, the type and what is linear: a sample for 2 x 2 pixels
+    at = (
+        data.index(b"RY\0") + 3 + 8
+    )  # after the name, the type and the linear flag: one sample per 2 x 2 pixels
     data[at : at + 8] = np.array([2, 2], "<i4").tobytes()
     path.write_bytes(data)
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["x.exr"]):

@@ -25,7 +25,7 @@ def ready(world: raycam.World, touched: float = 0.0) -> Session:
 
 
 def step(scheduler: Scheduler) -> Session | None:
-    """Does the next work; returns whose it was."""
+    """Does the next step of work; returns its session."""
     found = scheduler._next()
     if found is None:
         return None
@@ -36,7 +36,7 @@ def step(scheduler: Scheduler) -> Session | None:
 
 
 def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.World) -> None:
-    rests, late, early = (ready(small_world) for _ in range(3))  # rests has work too
+    rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` has work too
     early.images.restart()
     late.images.restart()
     late.images.touched = early.images.touched + 1e-3
@@ -47,7 +47,7 @@ def test_moving_views_are_rendered_first_and_oldest_first(small_world: raycam.Wo
 def test_refinement_starts_after_a_pause(small_world: raycam.World) -> None:
     session = ready(
         small_world, time.monotonic() + PATIENCE
-    )  # touched after all that a busy machine may take
+    )  # touched later than any delay of a busy machine
     assert Scheduler(lambda: [session])._next() is None
     session.images.touched -= PATIENCE + REST_S
     assert Scheduler(lambda: [session])._next() is not None

@@ -1,4 +1,4 @@
-"""The chosen object, its material, and drags as steps of undo."""
+"""The selected object, its material, and drags as steps of undo."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The server: pictures for those who may, and nothing for anyone else."""
+"""The server: images for authorised clients, nothing for others."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Open = Callable[..., ClientConnection]
 
 
 def raw(server: Server, request: bytes, *, is_all: bool = False) -> bytes:
-    """The answer to bytes on the port; `is_all` if no more will come, whatever the server waits for."""
+    """The response to bytes sent to the port; `is_all` closes the sending side."""
     with socket.create_connection(server.address, timeout=PATIENCE) as made:
         made.sendall(request)
         if is_all:
@@ -130,7 +130,9 @@ def is_open(made: socket.socket) -> bool:
 def test_excess_connections_are_closed_and_later_ones_answered(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 2 * PATIENCE)  # none is cut because it says nothing
+    monkeypatch.setattr(
+        serving, "HANDSHAKE_TIME", 2 * PATIENCE
+    )  # silent connections are not closed by the timeout
     server = Server(lambda: Session(small_world, small_world.camera("front")), port=0)
     try:
         idle = [socket.create_connection(server.address) for _ in range(MOST_CONNECTIONS + 20)]
@@ -144,7 +146,7 @@ def test_excess_connections_are_closed_and_later_ones_answered(
 
 
 def assert_ended(client: Client) -> None:
-    """The server closes the connection, after what it has said already."""
+    """Asserts that the server closes the connection after its earlier messages."""
     for _ in range(1000):
         try:
             client.next()
@@ -420,7 +422,9 @@ def test_cameras_are_copied_for_opencv_and_colmap(
     np.testing.assert_allclose(back.R, camera.R, atol=1e-12)
     np.testing.assert_allclose(back.location, camera.location, atol=1e-12)
     np.testing.assert_allclose(back.K[:2, :2], camera.K[:2, :2])
-    np.testing.assert_allclose(back.K[:2, 2], camera.K[:2, 2] + 0.5)  # COLMAP counts from the corner
+    np.testing.assert_allclose(
+        back.K[:2, 2], camera.K[:2, 2] + 0.5
+    )  # COLMAP's pixel coordinates start at the corner
 
 
 def test_unsupported_camera_of_a_copy_format_sends_an_error(client: Client, server: Server) -> None:
@@ -452,7 +456,7 @@ def test_close_sends_a_closing_message(server: Server, client: Client) -> None:
     server.close()
     assert client.hear("closing")
     with pytest.raises(ConnectionClosed):
-        client.hear("nothing")  # passes over a picture that was on its way
+        client.hear("nothing")  # skips an image that was already sent
     assert not server.scheduler.is_alive()
 
 

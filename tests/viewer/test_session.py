@@ -1,4 +1,4 @@
-"""Sessions: what a message changes, and the size of pictures."""
+"""Sessions: the effect of messages, and the size of images."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_light_channel_and_display_settings_change_the_view(session: Session) ->
         receive(session, {"type": "channel", "name": "shadow"})
     for name, anew in (("error", 1), ("error", 1), ("color", 2), ("depth", 2)):
         receive(session, {"type": "channel", "name": name})
-        assert session.images.version == version + 1 + anew  # the error takes samples of its own
+        assert session.images.version == version + 1 + anew  # the channel `error` requires its own samples
 
 
 def test_acknowledgements_count_images_that_were_sent(session: Session) -> None:
@@ -322,7 +322,7 @@ def test_clicked_pixels_call_the_callback(
         viewer.on_pick(fail)
         session = viewer._session()
         width, height = session.view.size
-        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is not in the picture
+        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is outside of the image
             receive(session, {"type": "pick", "u": u, "v": v})
         until(lambda: len(told) == 2)
     seen = raycam.render(

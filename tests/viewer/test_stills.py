@@ -1,4 +1,4 @@
-"""Still pictures from coarse to fine."""
+"""Progressive refinement of still images."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_each_step_equals_a_render_of_its_samples(
 def test_change_compares_with_half_as_many_samples(
     small_world: raycam.World, kind: type[Slices] | type[FromScratch], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stills, "SLICE", 0.0)  # else all samples are there in one
+    monkeypatch.setattr(stills, "SLICE", 0.0)  # otherwise one step renders all samples
     refinement = kind(small_world, small_world.camera("front"), "path", 64, 1)
     shown: dict[int, np.ndarray] = {}
     while refinement.samples < 64:
@@ -100,7 +100,7 @@ def test_showing_intermediate_images_takes_at_most_a_quarter_of_the_time(
         def add_for(self, seconds: float, cancel: raycam.Cancel) -> int:
             nonlocal now, added
             now, added = now + seconds, added + 1
-            return added // 10  # 190 slices, 5.7 seconds, until all samples are there
+            return added // 10  # 190 slices, 5.7 seconds, until all samples are done
 
         def frame(self) -> str:
             return "frame"

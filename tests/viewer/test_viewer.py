@@ -23,7 +23,7 @@ from support.session_messages import receive
 
 @pytest.fixture
 def no_browser(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The addresses that would have been opened."""
+    """The addresses that the browser would have opened."""
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) is None)
     return opened

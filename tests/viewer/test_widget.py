@@ -1,4 +1,4 @@
-"""The live view in a cell: messages over a channel that is not ours."""
+"""The live view in a notebook cell, with messages over the notebook's channel."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
 
 
 class Channel:
-    """The messages of the kernel's channel, as the cell hears them."""
+    """The kernel's channel, with the messages that the cell receives."""
 
     def __init__(self, world: raycam.World) -> None:
         self.heard: queue.Queue[tuple[dict[str, Any], list[bytes]]] = queue.Queue()

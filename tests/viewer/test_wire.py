@@ -1,4 +1,4 @@
-"""Planes packed and unpacked: every bit comes back, by every filter."""
+"""Packing of planes: every filter restores every bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""World files of a changed view: they load to the same picture."""
+"""World files saved from an edited view: they render the same image."""
 
 from __future__ import annotations
 

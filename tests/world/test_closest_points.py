@@ -1,4 +1,4 @@
-"""Closest points, distances and sight against brute force and closed forms."""
+"""Closest points, distances and visibility, compared with brute force and closed forms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def brute_distance(points: Floats, triangles: Floats) -> Floats:
-    """Distances by every triangle: its three segments, and its plane where the foot is inside."""
+    """Distances to all triangles: to the three segments, and to the plane if the foot point is inside."""
     nearest = np.full(len(points), np.inf)
     for i, point in enumerate(points):
         corners = triangles - point
@@ -33,7 +33,7 @@ def brute_distance(points: Floats, triangles: Floats) -> Floats:
 
 
 def checked(world: raycam.World, points: Floats, rtol: float = 1e-12) -> dict[str, npt.NDArray[np.float64]]:
-    """Closest points, whose fields agree with each other and with brute force."""
+    """Closest points, after checking their fields with each other and with brute force."""
     found = world.closest_points(points)
     triangles = world.triangles()
     size = np.abs(triangles).max() + np.abs(points).max()
@@ -157,7 +157,7 @@ def test_signed_distances_equal_closed_forms() -> None:
 
 
 def test_signed_distance_near_a_sharp_corner_has_the_right_sign() -> None:
-    # A thin spike: the nearest point is its tip, and the triangles there face away from each other.
+    # A thin spike: the nearest point is its tip, where the triangles face in opposite directions.
     spike = np.array([[0, 0, 10], [1, 0, 0], [-0.5, 0.9, 0], [-0.5, -0.9, 0]], float)
     faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]
     world = raycam.World()

@@ -1,4 +1,4 @@
-"""Copies of worlds are worlds of their own: `copy`, `deepcopy`, pickles, and worlds sent to other processes."""
+"""Independent copies of worlds: `copy`, `deepcopy`, pickles, and worlds sent to other processes."""
 
 from __future__ import annotations
 

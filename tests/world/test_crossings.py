@@ -1,4 +1,4 @@
-"""Crossings: every surface once, whatever the ray passes through, against rational arithmetic."""
+"""Crossings: every surface is counted once, also at vertices and edges; compared with rational arithmetic."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ def test_lines_cross_closed_meshes_an_even_number_of_times(name: str) -> None:
     counts = world.count_intersections(eyes, directions, t_min=-np.inf)
     assert (counts % 2 == 0).all()
     assert counts.max() >= 2
-    # The same from a start on the surface, ahead and behind.
+    # The same for rays that start on the surface, forwards and backwards.
     along = STEPS[:, None] * np.ptp(world.bounds, axis=0).max()
     ahead = world.count_intersections(targets, along)
     behind = world.count_intersections(targets, -along)
     assert (ahead % 2 == behind % 2).all()
-    # Every direction gives the same side.
+    # Every direction gives the same result for inside or outside.
     assert (ahead % 2 == ahead[0] % 2).all()
 
 
@@ -150,7 +150,7 @@ def test_open_duplicated_and_edge_on_surfaces_are_counted_consistently() -> None
     x = np.linspace(0, 1, 5)
     grid = np.array([[a, b, 1.0] for a in x for b in x])
     counts = world.count_intersections(grid, [0, 0, -1.0])
-    # A border is half-open; both copies are crossed.
+    # A border is half-open; both duplicates are crossed.
     expected = [2 if a < 1 and b < 1 else 0 for a in x for b in x]
     np.testing.assert_array_equal(counts, expected)
     assert world.count_intersections([-1, 0.3, 0], [1.0, 0, 0]) == 0, "in the plane"

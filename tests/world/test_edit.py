@@ -1,4 +1,4 @@
-"""Worlds that change: each shows what a world built so at once shows, byte for byte; refusals change nothing."""
+"""Changes of worlds: each equals a world built with the change, byte for byte; refused changes have no effect."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_hidden_object_renders_as_removed_and_keeps_its_index() -> None:
         raycam.render(world, CAMERA, integrator="path")
         world.set_object(extra["name"], visible=False)
         without = built(floor(), cup())
-        # A material that nothing shows is still counted, and changes no picture.
+        # An unused material is still counted, but does not change the image.
         assert differing(world, without) == []
         assert not world.objects[2].visible
         assert world.bounds is not None
@@ -359,7 +359,7 @@ def test_concurrent_images_show_a_consistent_state() -> None:
 
 
 def test_light_structures_are_built_only_for_lit_images() -> None:
-    """The first moment of a world never rendered builds a mesh, the second finds it, by the work that is counted."""
+    """`at` of an unrendered world builds the mesh for the first time and reuses it for the second."""
     world = built(floor(), lamp(), cup())
     world.set_video(keyframe=[KEYFRAMES[0], KEYFRAMES[1]])
     first, second = world.at(0.5), world.at(1.5)
@@ -406,7 +406,7 @@ PLACES = st.tuples(*[st.integers(-8, 8).map(lambda n: n / 8)] * 3).map(list)
 
 
 class Edits(RuleBasedStateMachine):
-    """Random changes of a world, beside a list of what its objects and lights are."""
+    """Random changes of a world, with a list of the expected objects and lights."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -34,7 +34,7 @@ def test_view_from_fits_the_world_into_the_image(
     camera = world.view_from(direction, size=size, zoom=zoom)
     pixels, seen = camera.project(corners)
     assert seen.all()
-    # From the middle of the picture to its sides, in parts of nine tenths of the half side.
+    # Distances from the image centre, relative to 90 % of half the image.
     share = np.abs(pixels - (np.array(size) - 1) / 2) / (np.array(size) / 2 * 0.9 / 1)
     assert share.max() == pytest.approx(zoom, abs=0.02)
     if direction in SIDES[up]:
@@ -83,7 +83,7 @@ def test_view_from_with_a_lens_fits_the_world_into_the_image(
     assert share.max() <= zoom + 1e-9
     assert share.max() >= zoom * 0.98 or away == pytest.approx(
         radius
-    )  # never within the sphere around the world
+    )  # never inside the world's bounding sphere
     np.testing.assert_allclose(
         camera.project(middle)[0], camera.corner + np.array(camera.size) / 2, atol=1e-6
     )

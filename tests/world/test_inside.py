@@ -1,4 +1,4 @@
-"""Inside, winding numbers and topology, against definitions and solid angles."""
+"""Inside tests, winding numbers and topology, compared with definitions and solid angles."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_inside_of_a_box_is_half_open() -> None:
     eighths = np.array([[x, y, z] for x in (0, 0.5, 1) for y in (0, 0.5, 1) for z in (0, 0.5, 1)])
     cells = world_of(*(cube(corner, np.array(corner) + 0.5) for corner in eighths[(eighths < 1).all(axis=1)]))
     owners = sum(cells.inside(eighths, objects=[number]).astype(int) for number in range(8))
-    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # bodies side by side fill space
+    np.testing.assert_array_equal(owners, (eighths < 1).all(axis=1))  # adjacent bodies fill space
 
 
 def test_inside_handles_unions_hollow_and_inside_out_bodies() -> None:
@@ -83,7 +83,9 @@ def test_inside_of_distant_cubes_and_transformed_tori_is_exact(offset: float) ->
     ring = world_of(torus(), matrix=matrix)
     around = random.normal(size=(500, 3)) + matrix[:3, 3]
     by_angles = -solid_angles(ring.triangles(), around)
-    np.testing.assert_array_equal(ring.winding_number(around), np.round(by_angles))  # mirrored: outside stays
+    np.testing.assert_array_equal(
+        ring.winding_number(around), np.round(by_angles)
+    )  # a mirrored mesh keeps its outside
     np.testing.assert_array_equal(ring.inside(around), np.abs(by_angles) > 0.5)
 
 
@@ -105,7 +107,7 @@ def test_winding_numbers_of_open_meshes_equal_solid_angles() -> None:
     assert open_box.inside(points).all()
     assert not open_box.inside(points + np.array([0, 0, 1.0])).any()
     assert (open_box.winding_number([[np.nan, 0, 0], [np.inf, 0, 0]]) == 0).all()
-    # A boundary edge between the point and infinity along the direction of the cone.
+    # A boundary edge lies between the point and infinity along the cone's direction.
     for point in open_box.triangles()[0] - np.array([[0.36, 0.48, 0.8]]):
         np.testing.assert_allclose(
             open_box.winding_number(point), solid_angles(open_box.triangles(), point[None])[0], atol=1e-9

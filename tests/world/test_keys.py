@@ -1,4 +1,4 @@
-"""The typed keys of objects and lights are those of the JSON Schema of world files."""
+"""The typed keys of objects and lights equal the JSON Schema of world files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exact ray queries: rays through vertices and edges, starts beside surfaces, ranges of t, against fractions."""
+"""Exact ray queries: vertices, edges, starts near surfaces and ranges of t, compared with rational arithmetic."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def closest_by_fractions(corners: Floats, origin: Floats, direction: Floats) -> 
 
 
 def agree(world: raycam.World, origins: Floats, directions: Floats) -> int:
-    """Asserts that hits are those of fractions; the number of hits."""
+    """Asserts that hits equal rational arithmetic; returns the number of hits."""
     hits = world.cast_rays(origins, directions)
     corners = world.triangles()
     count = 0
@@ -149,7 +149,7 @@ def test_hits_of_flattened_objects_equal_exact_rational_arithmetic(name: str) ->
     aims = random.normal(size=(150, 3)) * 0.5 @ matrix[:3, :3].T + matrix[:3, 3]
     origins = random.normal(size=(150, 3)) * 2 + matrix[:3, 3]
     assert agree(world, origins, aims - origins) > 50
-    # And beside others, whose boxes are no larger for it.
+    # Also next to other objects, whose boxes do not grow.
     world.add_object(sphere={"radius": 0.5}, location=[0, 0, 7])
     assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
 
@@ -270,7 +270,7 @@ def test_cast_rays_returns_the_requested_fields() -> None:
         "instance": "int32",
     }
     assert hits["distance"].tolist() == [3, 3, np.inf]
-    # A mirrored plane keeps its outside: below, where the mirror has put it.
+    # A mirrored plane keeps its outside, which is now below.
     assert hits["front"].tolist() == [False, True, False]
     assert hits["shading_normal"].tolist() == [[0, 0, 1], [0, 0, -1], [0, 0, 0]]
     assert hits["material"].tolist() == [0, 0, -1]
@@ -324,7 +324,7 @@ def test_rays_can_be_limited_to_objects_sides_and_surfaces() -> None:
     assert (seen(facing="front") == 0).all()
     assert (seen(facing="back") == -1).all()
     assert (seen(objects=[]) == -1).all()
-    # The same after so many rays that all objects share one tree.
+    # The same after so many rays that all objects are merged into one tree.
     world.cast_rays(np.repeat(origins.reshape(-1, 3), 20, axis=0), [0, 0, -1.0])
     assert (seen(exclude="glass") == 1).all()
     assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()
@@ -347,7 +347,7 @@ def test_ray_arrays_of_every_layout_are_accepted() -> None:
     np.testing.assert_array_equal(world.cast_rays(eyes, strided[::2, ::2])["t"], full["t"])
 
     class Produced:
-        """A tensor of another library, which has DLPack alone."""
+        """A tensor of another library that supports only DLPack."""
 
         def __init__(self, array: Floats, device: tuple[int, int] = (1, 0)) -> None:
             self.array, self.place = array, device
@@ -363,7 +363,7 @@ def test_ray_arrays_of_every_layout_are_accepted() -> None:
         world.cast_rays(Produced(eyes, (2, 0)), ways)
 
     class Tensor:
-        """A tensor of torch, as far as it is looked at."""
+        """The used attributes of a torch tensor."""
 
         def __init__(self, device: str, requires_grad: bool) -> None:
             self.device, self.requires_grad = device, requires_grad

@@ -1,4 +1,4 @@
-"""Arrays as images of materials and environments: the same texels as those of the PNG file that Pillow writes."""
+"""Arrays as images of materials and environments: their texels equal those of a PNG file written by Pillow."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_data_textures_are_linear_and_serialized_with_the_world() -> None:
     world.add_object(plane={"size": 2}, type="principled", textures={"roughness": texels}, texture=texels)
     description = {"object": [{"plane": {"size": 2}, "type": "unlit", "texture": {"image": texels}}]}
     other = raycam.World.from_dict(description)
-    assert description["object"][0]["texture"] == {"image": texels}  # as it was
+    assert description["object"][0]["texture"] == {"image": texels}  # unchanged
     for each in (world, other):
         assert raycam.World.from_bytes(each.to_bytes()).to_bytes() == each.to_bytes()
 

@@ -1,4 +1,4 @@
-"""Rays with times: the judge is the world placed at each ray's time, and closed forms of moving surfaces."""
+"""Rays with times, compared with the world at each ray's time and with closed forms of moving surfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""glTF is y up: as an object of a z-up world it is turned upright, and says so. trimesh is the other reader."""
+"""glTF models in z-up worlds are turned upright with a notice; compared with trimesh."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ trimesh = pytest.importorskip("trimesh")
 
 @pytest.fixture(params=["glb", "gltf"])
 def tower(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """A box 3 high along y, on the ground, farther in z than in x."""
+    """A box of height 3 along y that stands on the ground and is longer in z than in x."""
     mesh = trimesh.creation.box((0.5, 3.0, 1.0))
     mesh.apply_translation((0, 1.5, 0.25))
     path = tmp_path / f"tower.{request.param}"
@@ -26,7 +26,7 @@ def tower(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return path
 
 
-TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x stays, y is up, z comes to the front
+TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x is unchanged, y points up, z points to the front
 
 
 def test_gltf_model_stands_upright_in_a_z_up_world(tower: Path) -> None:

@@ -1,4 +1,4 @@
-"""Worlds: built by hand, from dicts and from files; rays, triangles and time."""
+"""Worlds built in Python, from dicts and from files; rays, triangles and time."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_relative_file_names_start_at_the_folder_of_the_world(
     world.add_object(mesh="a.off")
     np.testing.assert_array_equal(world.triangles(), [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     assert raycam.load(tmp_path / "a.off").counts["triangles"] == 1
-    # Those of other worlds, loaded ones too, where one is when asking, as any function of Python does.
+    # Names in other worlds start at the current folder, as in Python, also in loaded worlds.
     loaded = raycam.load(tmp_path / "a.off")
     here = tmp_path / "here"
     here.mkdir()
@@ -177,7 +177,7 @@ def test_relative_file_names_start_at_the_folder_of_the_world(
 
 
 def test_scripts_may_name_files_in_any_folder(tmp_path: Path) -> None:
-    """A model in one folder, and what is added to it in another."""
+    """The model is in one folder, and the added file in another."""
     model, things = tmp_path / "model", tmp_path / "things"
     for folder in (model, things):
         folder.mkdir()
@@ -198,7 +198,7 @@ def test_scripts_may_name_files_in_any_folder(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.triangle_colors()[1], [0.25, 0.5, 1.0])
     up = raycam.Camera.look_at([0, 0, 9], [0, 0, 20], up=[0, 1, 0], size=(8, 8))
     down = raycam.Camera.look_at([3, 3, 9], [3, 3, 0], up=[0, 1, 0], size=(8, 8), fov=1)
-    # The light, and all else, is in what workers and other programs get.
+    # The light is also in the package for workers and other programs.
     for each in (world, raycam.World.from_bytes(world.to_bytes())):
         np.testing.assert_allclose(
             raycam.render(each, up, samples=1)["color"], sky[:1, :1] + np.zeros((8, 8, 3))
@@ -207,7 +207,7 @@ def test_scripts_may_name_files_in_any_folder(tmp_path: Path) -> None:
     assert world.to_gltf(tmp_path / "world.glb")
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["b.mtl"]):
         world.add_light(type="environment", image=things / "b.mtl")
-    # It may be said again of another world, but not by a file of a stranger.
+    # A script may name the file again for another world, but a world file may not.
     (light,) = world.lights
     assert light["image"] == str(things / "sky.hdr")
     raycam.World().add_light(light)
@@ -362,7 +362,7 @@ def test_categories_can_be_names_or_numbers() -> None:
 
 
 def test_masked_arrays_are_refused() -> None:
-    """NumPy's `asarray` drops the mask, and a depth or point that is not there became one."""
+    """NumPy's `asarray` drops the mask, so masked depths or points would become valid values."""
     points = np.ma.masked_greater(np.eye(3), 0.5)
     calls: list[Callable[[raycam.World], object]] = [
         lambda world: world.add_mesh(points, [[0, 1, 2]]),
@@ -376,4 +376,4 @@ def test_masked_arrays_are_refused() -> None:
         world.add_object(box={})
         with raises(raycam.Error, code="wrong_type"):
             call(world)
-    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # a mask of nothing
+    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # an empty mask

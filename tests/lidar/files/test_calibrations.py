@@ -1,4 +1,4 @@
-"""Calibrations of units, and what is refused."""
+"""Calibrations of individual devices, and invalid files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The pages that render by themselves, at two widths in light and dark: axe-core finds nothing, nothing is cut off.
+"""Live pages at two widths, light and dark: no violations found by axe-core, no horizontal overflow.
 
-Needs Chromium and axe-core.
+Requires Chromium and axe-core.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""raycam for pages: the bytes of raycam itself."""
+"""raycam compiled for pages returns the same bytes as raycam itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = [needs_node, needs_core]
 
 
 def run_in_browser(script: str, worlds: Mapping[str, bytes], folder: Path) -> Any:
-    """What `run_core` gives, by Chromium."""
+    """The result of `run_core`, computed in Chromium."""
     built = Path(core.__file__).parent / core.FOLDER
     packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
     wasm = base64.b64encode(core.core_bytes()).decode()

@@ -1,4 +1,4 @@
-"""The exercises of the lecture's page: right answers are accepted, and each mistake that is named gets its hint."""
+"""The exercises of the lecture's page: correct answers are accepted, and each named mistake gets its hint."""
 
 from __future__ import annotations
 

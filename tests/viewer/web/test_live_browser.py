@@ -1,4 +1,4 @@
-"""A page that carries raycam, in a browser: it renders, answers and loads nothing. Needs Chromium: `make proof`."""
+"""A live page in a browser: it renders, answers and loads nothing. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
         tab.show(1280, 800)
         tab.open((tmp_path / "live.html").as_uri())
         tab.wait("document.body.innerText.includes('samples')")
-        tab.click(460, 406)  # the middle of the picture
+        tab.click(460, 406)  # the image centre
         tab.wait("document.body.innerText.includes('ball')")
         text = tab.evaluate("document.body.innerText")
-        # The picture is four times as large, its middle the same to less than a pixel of the frame.
+        # The image is four times as large; its centre differs by less than one pixel of the frame.
         depth = float(text.split("(held)")[1].split("depth")[1].split()[0])
         assert abs(depth - frame["depth"][59:61, 79:81].mean()) < 0.01
-        # The explanation is drawn, as far as its numbers say.
+        # The explanation's figure is drawn, according to its numbers.
         column, row = map(int, re.findall(r"column (\d+), row (\d+)", text)[0])
         tab.press("Enter")
         tab.wait("document.getElementById('explained').open")

@@ -1,4 +1,4 @@
-"""Pages that render by themselves: what is in them, and what is refused."""
+"""Live pages, which render in the browser: their contents, and invalid arguments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GLUE = "let wasm_bindgen = null;"
 
 @pytest.fixture
 def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
-    """A stand-in for the core that was built."""
+    """A stand-in for the built core."""
     data = bytes(range(256)) * 20
     (tmp_path / core.GLUE).write_text(GLUE)
     (tmp_path / core.CORE).write_bytes(core.deflated(data))
@@ -30,7 +30,7 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
 
 
 def element(page: str, name: str) -> str:
-    """The text of the element of an id."""
+    """The text of the element with this id."""
     (found,) = re.findall(rf'<script [^>]*id="{name}">(.*?)</script>', page, re.S)
     return str(found)
 

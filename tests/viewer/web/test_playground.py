@@ -1,4 +1,4 @@
-"""The playground in a browser: worlds, errors, files of one's own, copies and links. Needs Chromium: `make proof`."""
+"""The playground in a browser: worlds, errors, dropped files, copies and links. Requires Chromium: `make proof`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
 
 @pytest.fixture
 def tab(browser: Tab, page: Path) -> Iterator[Tab]:
-    """The playground, just opened from its file; no test may make it ask for anything else."""
+    """The playground, opened from its file; it must not request anything else in any test."""
     browser.call("Page.navigate", url="about:blank")
     browser.said.clear()
     browser.requests.clear()
@@ -53,7 +53,7 @@ def tab(browser: Tab, page: Path) -> Iterator[Tab]:
 
 
 def type_world(tab: Tab, text: str) -> None:
-    """Puts a world into the editor, and waits until it was read."""
+    """Puts a world into the editor, and waits until it is read."""
     tab.evaluate(
         "document.getElementById('status').textContent = ''; ((area) => {"
         f"area.value = {json.dumps(text)}; area.dispatchEvent(new Event('input'));"

@@ -1,6 +1,6 @@
-"""Bytes that every machine gives: x86-64, ARM and WebAssembly against one file of hashes.
+"""Image bytes that are equal on every machine: x86-64, ARM and WebAssembly are compared with recorded hashes.
 
-`PYTHONPATH=python:tests python tests/viewer/web/test_same_bytes.py` writes the file anew, where a change is meant.
+`PYTHONPATH=python:tests python tests/viewer/web/test_same_bytes.py` writes the file again after an intended change.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ COMPLETE = [number for number in range(len(PICTURES)) if not may_differ(number, 
 
 
 def found(folder: Path) -> dict[str, dict[str, str]]:
-    """The hashes of this machine."""
+    """The hashes computed on this machine."""
     return {label(number): digests(number, render(number, folder)[1]) for number in range(len(PICTURES))}
 
 

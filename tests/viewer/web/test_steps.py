@@ -1,4 +1,4 @@
-"""The steps of the lecture in the page: the numbers of `raycam.explain`."""
+"""The steps of the lecture in the page, compared with `raycam.explain`."""
 
 from __future__ import annotations
 
