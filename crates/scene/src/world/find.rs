@@ -13,7 +13,10 @@ impl World {
         self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names = self.cameras.iter().map(|camera| camera.name.as_str());
             let count = self.cameras.len();
-            SceneError::unknown_name(format!("no camera named {name:?}; the world has {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!(
+                "no camera named {name:?}; the world has {count}{}",
+                suggestion(name, names)
+            ))
         })
     }
 
@@ -25,7 +28,10 @@ impl World {
         self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
             let names = self.objects.iter().map(|object| object.name.as_str());
             let count = self.objects.len();
-            SceneError::unknown_name(format!("no object named {name:?}; the world has {count}{}", suggestion(name, names)))
+            SceneError::unknown_name(format!(
+                "no object named {name:?}; the world has {count}{}",
+                suggestion(name, names)
+            ))
         })
     }
 }
