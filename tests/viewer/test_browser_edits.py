@@ -222,7 +222,7 @@ def test_dropped_files_are_refused_without_allow_open(
     [
         ("broken.toml", WORLD.replace("sun", "sunn"), "sunn"),
         ("cut.glb", "glTF", "glb"),
-        ("notes.txt", "hello", "None of these files is a world"),
+        ("notes.txt", "hello", "No world found in these files"),
         ("far.toml", WORLD.replace("wedge.obj", "../../etc/passwd"), "passwd"),
     ],
 )

@@ -3,8 +3,8 @@
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./client.js").Client} Client */
 
-const PAUSE = 80; // ms after the last move of the picture
-const LONGEST_SIDE = 256; // pixels, as the server takes it
+const TILE_PAUSE = 80; // ms after the last move of the picture
+const TILE_SIDE = 256; // pixels, as the server takes it
 
 export class Tiles {
   /** @param {Client} client */
@@ -26,9 +26,9 @@ export class Tiles {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
       const [u, v, right, bottom] = this.client.picture.visible();
-      const [width, height] = [Math.min(right - u, LONGEST_SIDE), Math.min(bottom - v, LONGEST_SIDE)];
+      const [width, height] = [Math.min(right - u, TILE_SIDE), Math.min(bottom - v, TILE_SIDE)];
       if (width > 0 && height > 0) this.client.transport.send({ type: "tile", id: ++this.count, u, v, width, height });
-    }, PAUSE);
+    }, TILE_PAUSE);
   }
 
   /** @param {import("./client.js").Message} message */
