@@ -42,7 +42,7 @@ ROUND = """<mujoco><worldbody>
 
 
 def judge(scene: Any, data: Any, camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Distance and geom id of MuJoCo's ray through each pixel's centre, -1 for a miss."""
+    """Distance and geom id of MuJoCo's ray through each pixel centre; -1 for a miss."""
     width, height = camera.size
     v, u = np.mgrid[:height, :width] + 0.5
     origins, directions = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1))
@@ -94,7 +94,7 @@ def test_round_shapes_agree_within_their_tessellation() -> None:
     assert hit.sum() > 0.9 * (geoms >= 0).sum()
 
 
-def test_camera_of_a_sensor_has_the_focal_lengths_in_pixels() -> None:
+def test_camera_with_sensorsize_has_focal_lengths_in_pixels() -> None:
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))
     np.testing.assert_allclose(scene.world.camera("lens").K[[0, 1], [0, 1]], [50, 60], rtol=1e-6)
     assert scene.world.camera("wrist").size == (40, 30)

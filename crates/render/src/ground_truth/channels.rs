@@ -17,9 +17,9 @@ pub(crate) struct ChannelReader<'a> {
     exact: &'a CenterRays,
     hits: &'a [ExactHit],
     world: &'a Geometry,
-    /// World of each pixel, where worlds differ between rows; otherwise empty.
+    /// World of each pixel if rows show different worlds; otherwise empty.
     pixel_worlds: &'a [Arc<PreparedWorld>],
-    /// camera_from_world rotation, and that of each pixel for a moving camera.
+    /// Rotation camera_from_world and, for a moving camera, the rotation of each pixel.
     shared_rotation: DMat3,
     pixel_rotations: &'a [DMat3],
 }
@@ -42,7 +42,7 @@ impl<'a> ChannelReader<'a> {
         }
     }
 
-    /// Hit of a pixel, unless its ray missed.
+    /// Hit of a pixel; `None` if its ray missed.
     #[inline]
     fn hit(&self, i: usize) -> Option<&ExactHit> {
         Some(&self.hits[i]).filter(|hit| hit.instance != INVALID_ID)

@@ -1,4 +1,4 @@
-//! `flat`: the base colour of the nearest triangle, whatever the light.
+//! `flat`: base colour of the nearest triangle, independent of the lights.
 
 use glam::Vec3;
 

@@ -16,7 +16,8 @@ pub(crate) struct SunLight {
     radiance: Vec3,
 }
 
-/// Squared sine of the half angle below which the disk is a point: float32 directions cannot resolve it.
+/// Squared sine of the half angle below which the disk is treated as a point, because float32 directions cannot resolve
+/// it.
 const MIN_SIN2: f64 = 1e-12;
 
 impl SunLight {
