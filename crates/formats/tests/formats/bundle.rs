@@ -107,7 +107,7 @@ fn bundle_read_of_damaged_bytes_never_panics() {
 fn bundle_read_errors_name_the_fault() {
     let bytes = bundle::write(&world()).unwrap();
     let text = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-    assert!(text(b"solid cube").contains("not the bytes of a world"));
+    assert!(text(b"solid cube").contains("not a world"));
     let other = [b"raycam world 9.9.9\n", &bytes[19..]].concat();
     assert!(text(&other).contains("the world was written by raycam 9.9.9"));
     let budget = Budget { bytes: 10, ..Budget::default() };

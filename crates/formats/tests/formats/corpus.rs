@@ -70,7 +70,8 @@ fn every_corpus_file_is_read_or_refused() {
 #[cfg(target_os = "linux")]
 fn no_corpus_file_allocates_much_memory() {
     let own = std::env::current_exe().unwrap();
-    let limited = "ulimit -v 655360 && exec \"$0\" --exact corpus::every_file_is_answered --test-threads 1";
+    let limited =
+        "ulimit -v 655360 && exec \"$0\" --exact corpus::every_corpus_file_is_read_or_refused --test-threads 1";
     let output = Command::new("sh").args(["-c", limited]).arg(own).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));

@@ -149,7 +149,7 @@ fn colours_of_other_ranges_cause_notices() {
         ("300 0 0", None, "colours of faces up to 300 are ignored; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are treated as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
-        ("-1 1 0", Some([0.0, 1.0, 0.0]), "below 0 or no numbers are 0: 1"),
+        ("-1 1 0", Some([0.0, 1.0, 0.0]), "negative or not numbers, which are treated as 0: 1"),
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");

@@ -160,7 +160,7 @@ fn number_types_do_not_change_faces() {
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
                 let said = &thin.notices[0].message;
-                let expected = "faces of fewer than 3 corners are skipped: 2, the first in the row";
+                let expected = "2 faces with fewer than 3 corners are skipped, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
         }
@@ -271,7 +271,7 @@ fn ply_errors_contain_line_or_byte() {
         ),
         (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: expected element NAME COUNT"),
         ("plywood".into(), "a.ply:1: not a PLY file"),
-        ("ply\nformat ascii 1.0\n".into(), "a.ply:3: no end_header"),
+        ("ply\nformat ascii 1.0\n".into(), "a.ply:3: end_header is missing"),
         (
             "ply\nelement empty 5\nformat ascii 1.0\nend_header\n".into(),
             "a.ply: element empty has 5 rows of at least 0 bytes, but 0 bytes follow the header",
@@ -281,7 +281,7 @@ fn ply_errors_contain_line_or_byte() {
     }
     let binary = tetrahedron("binary_little_endian");
     let cut = &binary[..binary.len() - 5];
-    assert!(error("a.ply", cut).contains("ends before the rows that its header declares: it is cut off"));
+    assert!(error("a.ply", cut).contains("ends before the rows that its header declares: it is truncated"));
     let path = data("crash.ply");
     assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }
@@ -373,7 +373,9 @@ fn each_image_becomes_a_separate_material() {
     let colors = mesh.vertex_colors.as_ref().unwrap();
     let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
     assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));
-    for said in ["texnumber is that of no image are without one: 1", "its colours are not used where an image is: 3"] {
+    for said in
+        ["1 faces whose texnumber does not exist have no image", "3 faces have an image, so their colours are ignored"]
+    {
         assert!(model.notices.iter().any(|notice| notice.to_string().contains(said)), "{:?}", model.notices);
     }
     mesh.validate().unwrap();
@@ -386,7 +388,7 @@ fn ignored_properties_are_listed() {
                 element face 1\nproperty list uchar int vertex_indices\nproperty int flags\nelement edge 1\n\
                 property int a\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2 4\n5\n";
     let notices = model("a.ply", text).notices;
-    let expected = "a.ply: not used: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
+    let expected = "a.ply: ignored: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
                     element edge (1 rows)";
     assert_eq!(notices[1].message, expected);
     assert!(

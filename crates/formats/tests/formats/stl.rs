@@ -56,7 +56,7 @@ fn file_length_has_priority_over_the_facet_count() {
     for count in [0, u32::MAX, 2] {
         let model = model("a.stl", binary(count));
         assert_eq!(model.parts[0].mesh.triangles.len(), 4);
-        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, 4 found and used")));
+        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, but 4 found and used")));
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);

@@ -126,12 +126,12 @@ fn errors_of_referenced_files_name_the_reference() {
         (object("mesh = \"bad.obj\""), "room.toml:5: object[1].mesh: ", "bad.obj:2: v has 2 numbers"),
         (object("name = \"a\"\nmesh = \"no.ply\""), "room.toml:6: object[1].mesh: ", "no.ply: No such file"),
         (object("mesh = \"good.obj\"\ntexture = \"bad.png\""), "room.toml:6: object[1].texture: ", "bad.png"),
-        (object("mesh = \"../good.obj\""), "room.toml:5: object[1].mesh: ", "leads out of the folder"),
+        (object("mesh = \"../good.obj\""), "room.toml:5: object[1].mesh: ", "is outside the folder"),
         (light("type = \"environment\"\nimage = \"bad.png\""), "room.toml:5: light[0].image: ", "bad.png"),
         (
             light("type = \"ies\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nprofile = \"bad.ies\""),
             "room.toml:7: light[0].profile: ",
-            "bad.ies: no line TILT=",
+            "bad.ies: the line TILT= is missing",
         ),
     ] {
         let parsed = world_file::parse(&text, &folder, Path::new("room.toml"), &Budget::default());

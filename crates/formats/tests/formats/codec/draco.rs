@@ -83,7 +83,7 @@ fn streams_decode_as_in_googles_library() {
 fn invalid_draco_streams_are_reported() {
     for (bytes, expected) in [
         (&b"DRAC"[..], "a.glb: Draco compression: the stream does not begin with DRACO"),
-        (b"DRACO\x02\x02\x00\x01", "a.glb: Draco compression: not a mesh"),
+        (b"DRACO\x02\x02\x00\x01", "a.glb: Draco compression: the stream is not a mesh"),
         (b"DRACO\x01\x03\x01", "a.glb: Draco compression of version 1.3; expected 2.2"),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), expected);

@@ -101,7 +101,12 @@ fn layers_with_the_wrong_size_are_refused() {
         ([3, 2], vec![], None, "0 layers"),
         ([3, 2], vec![layer("depth", 1, six), layer("depth", 1, six)], None, "two channels are named depth.Z"),
         ([3, 2], vec![layer("d\u{e9}", 1, six)], None, "expected printable ASCII"),
-        ([3, 2], vec![layer("depth", 1, six)], Some(("raycam.version", "0")), "the header has raycam.version twice"),
+        (
+            [3, 2],
+            vec![layer("depth", 1, six)],
+            Some(("raycam.version", "0")),
+            "the header contains raycam.version twice",
+        ),
         ([3, 2], vec![layer("depth", 1, six)], Some(("", "0")), "expected printable ASCII"),
         ([u32::MAX, u32::MAX], vec![layer("depth", 4, six)], None, "has 6 values"),
     ] {

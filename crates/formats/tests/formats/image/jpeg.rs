@@ -33,7 +33,7 @@ fn bytes_missing_in_the_middle_are_detected() {
                 }
                 Err(error) => {
                     let error = error.to_string();
-                    let start = format!("{}: ends early", case.name);
+                    let start = format!("{}: truncated", case.name);
                     assert!(error.starts_with(&start), "{left}: {error}");
                 }
             }
@@ -42,7 +42,7 @@ fn bytes_missing_in_the_middle_are_detected() {
         let middle = start + 4..(start + case.file.len()) / 2;
         let cut = [&case.file[..middle.start], &case.file[middle.end..]].concat();
         let error = read(&case.name, &cut, ColorUse::Color).unwrap_err();
-        let start = format!("{}: ends early or is damaged: ", case.name);
+        let start = format!("{}: truncated or damaged: ", case.name);
         assert!(error.to_string().starts_with(&start), "{error}");
     }
 }

@@ -74,5 +74,5 @@ fn normals_at_the_edges_use_the_neighbours_of_the_wrap_mode() {
 fn one_image_can_be_a_height_map_and_a_colour_texture() {
     let both = model("map_Pr heights.png\nmap_Bump heights.png", |x, _| x);
     assert_eq!(both.textures.len(), 2);
-    assert!(both.notices.iter().any(|n| n.to_string().contains("a map of heights")));
+    assert!(both.notices.iter().any(|n| n.to_string().contains("a height map")));
 }

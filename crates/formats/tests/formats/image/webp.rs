@@ -7,7 +7,7 @@ use raycam_formats::ColorUse;
 
 #[test]
 fn damaged_webp_is_refused_before_pixels_are_stored() {
-    let message = "ends early or is damaged";
+    let message = "the image is truncated or damaged";
     damage_is_found_before("lossless.webp", message, |bytes| Ok(Box::new(WebPDecoder::new(Cursor::new(bytes))?)));
 }
 

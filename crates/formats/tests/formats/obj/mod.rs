@@ -139,12 +139,12 @@ fn ignored_statements_are_listed_once() {
     let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
     assert_eq!(model.parts[0].mesh.triangles.len(), 12);
     assert!(
-        model.notices[0].to_string().contains("not used: l (lines) (line 15), p (points) (line 23)"),
+        model.notices[0].to_string().contains("ignored: l (lines) (line 15), p (points) (line 23)"),
         "{:?}",
         model.notices
     );
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
-    assert_eq!(skipped, "a.obj: not used: curv2 (line 5)");
+    assert_eq!(skipped, "a.obj: ignored: curv2 (line 5)");
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn obj_errors_contain_line_and_index() {
     }
     let path = data("malformed.obj");
     let error = message(read_model(&path, &Budget::default()).unwrap_err(), &path);
-    assert!(error.starts_with("malformed.obj:28: f: vertex 0"), "{error}");
+    assert!(error.starts_with("malformed.obj:28: f: vertex index 0"), "{error}");
 }
 
 #[test]
@@ -367,14 +367,14 @@ fn only_one_of_two_sources_of_colour_is_used() {
     };
     // Vertex colours have priority over Kd; Kd is used for parts without them.
     let kd = read("o a\nusemtl kd\nf 1 2 3\no b\nusemtl kd\nf 4 5 6\n");
-    assert!(told(&kd, "vertex colours are used in the place of Kd and Ks: 1 materials"), "{:?}", kd.notices);
+    assert!(told(&kd, "vertex colours replace Kd and Ks of 1 materials"), "{:?}", kd.notices);
     let color = |part: usize| kd.materials[kd.parts[part].materials[0]].color;
     assert_eq!((color(0), color(1)), ([1.0; 3], [0.5, 0.25, 0.0]));
     assert_eq!(kd.parts[0].mesh.vertex_colors.as_deref(), Some(&[[1.0, 0.0, 0.0]; 3][..]));
     assert_eq!(kd.parts[1].mesh.vertex_colors, None);
     // An image has priority over vertex colours, also if a vertex belongs to both.
     let map = read("usemtl map\nf 1 2 3\n");
-    assert!(told(&map, "vertex colours are not used where an image is: 1 faces"), "{:?}", map.notices);
+    assert!(told(&map, "1 faces have an image, so their vertex colours are ignored"), "{:?}", map.notices);
     assert_eq!(map.parts[0].mesh.vertex_colors, None);
     let both = read("usemtl map\nf 1 2 3\nusemtl kd\nf 3 2 1\n");
     let mesh = &both.parts[0].mesh;

@@ -60,7 +60,7 @@ fn common_exporter_mistakes_in_mtl_are_corrected() {
         panic!("{:?}", model.notices);
     };
     assert_eq!(notice.code, NoticeCode::AssumedConvention, "{notice}");
-    assert!(notice.to_string().contains(":3: Tr is 1"), "{notice}");
+    assert!(notice.to_string().contains(":3: Tr 1"), "{notice}");
     let found = notices("newmtl m 1\nmap_Kd -colorspace linear wood.png\n");
     assert!(found.contains("\"-colorspace linear\" is ignored"), "{found}");
 }
@@ -123,7 +123,9 @@ fn reflectance_above_one_is_reduced() {
     let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
     let MaterialModel::Phong { specular, .. } = model.materials[0].model else { panic!() };
     assert_eq!(specular, [0.25, 0.5, 0.5]);
-    assert!(model.notices[0].to_string().contains("my materials.mtl:1: material \"m 1\" reflects more than all light"));
+    assert!(
+        model.notices[0].to_string().contains("my materials.mtl:1: material \"m 1\" reflects more light than arrives")
+    );
     // Illumination model 1 has no highlights.
     assert_eq!(notices("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\nillum 1\n"), "");
 }
@@ -216,16 +218,16 @@ fn ignored_mtl_statements_cause_notices() {
         "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_refl sky.png\nKd spectral file.rfl\nmap_Kd -mm 0.5 1 wood.png\n\
          d -halo 0.5\nmap_d -s 2 grey.png\n",
     );
-    assert!(text.contains("map_Kd option \"-mm 0.5 1\" is ignored"), "{text}");
-    let expected = "not used: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
+    assert!(text.contains("map_Kd: option \"-mm 0.5 1\" is ignored"), "{text}");
+    let expected = "ignored: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
     assert!(text.contains(expected), "{text}");
-    assert!(text.contains("mtl:8: map_d is not used: it is laid on otherwise than map_Kd"), "{text}");
-    assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is not used"));
+    assert!(text.contains("mtl:8: map_d is ignored, because its options differ from map_Kd's"), "{text}");
+    assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is ignored"));
     assert!(
         notices("newmtl m 1\nNs -1.96\n")
             .contains(":2: Ns is \"-1.96\", expected a number from 0 to 1000000; it is clamped")
     );
-    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights: made"));
+    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a height map and is converted"));
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
     assert!(notices("newmtl other\nKd 1 0 0\n").contains("materials without a definition get a default material: m 1"));
 }
@@ -241,7 +243,7 @@ fn missing_and_forbidden_files_are_omitted_with_a_notice() {
         ("/etc/passwd", "file name \"/etc/passwd\": it is outside the folder"),
         ("file:///etc/passwd", "expected a path relative"),
         ("C:\\gone.png", "expected a path relative"),
-        ("a.obj", "not an image that is known"),
+        ("a.obj", "unknown image format"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
         assert!(model.notices[0].to_string().contains(expected), "{map}: {:?}", model.notices);
@@ -251,7 +253,7 @@ fn missing_and_forbidden_files_are_omitted_with_a_notice() {
     fs::write(&path, "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     let world = load(&path, &Budget::default()).unwrap();
     assert!(
-        world.notices[0].to_string().contains("left out") && world.notices[0].to_string().contains("no.mtl"),
+        world.notices[0].to_string().contains("omitted") && world.notices[0].to_string().contains("no.mtl"),
         "{:?}",
         world.notices
     );
@@ -363,14 +365,14 @@ fn materials_are_found_under_slightly_different_names() {
     let (plain, scarlet) = ([0.8; 3], [1.0, 0.0, 0.0]);
     for (head, name, mtl, color, said) in [
         ("mtllib a.mtl\n", "g x", &red[..], scarlet, "no usemtl; the only material of its library, \"Red\", is used"),
-        ("mtllib a.mtl\n", "g x", two, plain, "no usemtl: none of the 2 materials of its library is used"),
+        ("mtllib a.mtl\n", "g x", two, plain, "no usemtl, so none of the 2 materials of its library is used"),
         ("", "usemtl Red", two, scarlet, "no mtllib;"),
         ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "its mtllib is missing;"),
-        ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions have names in other case: red"),
+        ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions differ in upper and lower case: red"),
         ("mtllib A.MTL\n", "usemtl Red", two, scarlet, "the same name with different upper and lower case"),
         ("mtllib a.mtl # of it\n", "usemtl Red # dark", two, scarlet, ""),
         ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red # again\nKd 1 0 0\n", plain, ""),
-        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red\nKd 1 0 0\n", scarlet, "is defined again"),
+        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red\nKd 1 0 0\n", scarlet, "is defined more than once"),
     ] {
         let model = named(head, &[name.as_bytes()], mtl);
         assert_eq!(model.materials[0].color, color, "{head}{name}");
@@ -392,11 +394,11 @@ fn images_are_searched_inside_the_root_in_the_documented_order() {
     for (map, found, how) in [
         ("WOOD.PNG", "wood.png", "the same name with different upper and lower case"),
         ("Textures/MY wood.png", "textures/my wood.png", "the same name with different upper and lower case"),
-        ("C:\\me\\textures\\my wood.png", "textures/my wood.png", "found from the folder of the file"),
-        ("C:\\me\\maps\\wood.png", "wood.png", "found from the folder of the file"),
-        ("/home/me/wood.png", "wood.png", "found from the folder of the file"),
-        ("../materials/textures/Wood.png", "wood.png", "in other case"),
-        ("http://example.com/wood.png", "wood.png", "found from the folder of the file"),
+        ("C:\\me\\textures\\my wood.png", "textures/my wood.png", "found relative to the folder of the file"),
+        ("C:\\me\\maps\\wood.png", "wood.png", "found relative to the folder of the file"),
+        ("/home/me/wood.png", "wood.png", "found relative to the folder of the file"),
+        ("../materials/textures/Wood.png", "wood.png", "with different upper and lower case"),
+        ("http://example.com/wood.png", "wood.png", "found relative to the folder of the file"),
         ("my wood.png", "textures/my wood.png", "found in a usual folder for images"),
         ("wood.png # oak", "", ""),
     ] {
@@ -416,11 +418,11 @@ fn undecodable_images_are_omitted() {
     fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
     fs::write(folder.join("a.mtl"), "newmtl m\nKd 0 0 1\nmap_Kd a.png\nmap_d a.png\n").unwrap();
     for (bytes, said) in [
-        (&png[..png.len() / 2], "left out"),
+        (&png[..png.len() / 2], "omitted"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "git lfs pull"),
         (b"<!DOCTYPE html><html></html>", "HTML page"),
         (b"", "empty"),
-        (b"DDS |", "not an image that is known"),
+        (b"DDS |", "unknown image format"),
     ] {
         fs::write(folder.join("a.png"), bytes).unwrap();
         let model = read_model(&path, &Budget::default()).unwrap();
@@ -445,10 +447,10 @@ fn tiled_images_are_reported() {
     fs::write(folder.join("a_1001.png"), &png).unwrap();
     assert_eq!(read("a_<UDIM>.png"), (1, String::new()), "the only tile is the image");
     assert_eq!(read("a_1001.png"), (1, String::new()));
-    assert!(read("b.<UDIM>.png").1.contains("no tile (UDIM) from 1001 to 1099 is there"));
+    assert!(read("b.<UDIM>.png").1.contains("no tile (UDIM) from 1001 to 1099 exists"));
     fs::write(folder.join("a_1012.png"), &png).unwrap();
     let (count, said) = read("a_<UDIM>.png");
-    assert!(count == 0 && said.contains("the tiles (UDIM) 1001, 1012 are not read: bake them"), "{said}");
+    assert!(count == 0 && said.contains("the tiles (UDIM) 1001, 1012 are not supported; bake them"), "{said}");
     let (count, said) = read("a_1001.png");
-    assert!(count == 1 && said.contains("its other tiles (UDIM) are not read: 1012"), "{said}");
+    assert!(count == 1 && said.contains("its other tiles (UDIM) are ignored: 1012"), "{said}");
 }
