@@ -1,4 +1,4 @@
-"""Placement of objects on surfaces: what cannot fit is refused before positions are tried."""
+"""Placement of objects on surfaces: objects that cannot fit are refused before positions are tried."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
     with pytest.raises(WorldError) as fault:
         build_recipe(size, count, gap).world(0)
     assert "on ground" in str(fault.value)
-    # Only the first of several things is tried; it finds a place soon, in each of the ten draws.
+    # Only the first of several objects is tried; it finds a position quickly in each of the ten draws.
     assert tries < (1 if count == 1 else 10 * 1000)
 
 
@@ -76,7 +76,7 @@ def test_measures_of_outlines_equal_closed_forms() -> None:
     )
 
 
-def test_batches_cover_all_tries_once() -> None:
+def test_batches_cover_every_try_once() -> None:
     numbers = [number for first, last in placement._batches() for number in range(first, last)]
     assert numbers == list(range(placement.MAX_TRIES))
 
