@@ -131,7 +131,7 @@ def test_faulty_documents_raise_or_give_a_notice(
     assert any("a.dae" in fault and re.search(expected, fault) for fault in [*faults, *map(str, notices)])
 
 
-def test_other_parts_are_named_in_notices(load: Callable[..., raycam.World]) -> None:
+def test_unused_parts_give_notices_with_their_name(load: Callable[..., raycam.World]) -> None:
     assert any("LineSet" in str(notice) for notice in load(cube()).notices)
 
 

@@ -1,4 +1,4 @@
-"""The exercises of the lecture's page: right answers are accepted, and each mistake that is named gets its hint."""
+"""The exercises of the lecture's page: correct answers are accepted, and each named mistake gets its hint."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def verdicts(exercise: str) -> list[str]:
     return found
 
 
-def test_every_exercise_has_its_mistakes_here() -> None:
+def test_every_exercise_has_tested_mistakes() -> None:
     hints = in_page("return Object.fromEntries(EXERCISES.map(({ id, hint }) => [id, hint.toString()]));")
     assert set(hints) == set(MISTAKES)
     page = re.findall(r'data-exercise="(\w+)"', in_page_text())
@@ -225,7 +225,7 @@ def test_parallel_edges_get_their_hint() -> None:
     assert "parallel to u" in found
 
 
-def test_fixed_answers_are_right() -> None:
+def test_fixed_answers_are_correct() -> None:
     found = in_page(
         f"const answerOf = (id) => EXERCISES.find((each) => each.id === id).answer(factsOf({{}}));"
         f"return {json.dumps(list(FIXED))}.map((id) => [id, answerOf(id)]);"
@@ -234,7 +234,7 @@ def test_fixed_answers_are_right() -> None:
         assert answer == [pytest.approx(FIXED[exercise], rel=1e-12)], exercise
 
 
-def test_right_answers_are_accepted_in_random_states() -> None:
+def test_correct_answers_are_accepted_in_random_states() -> None:
     rng = np.random.default_rng(5)
     states = [
         {"yaw": yaw, "pitch": pitch, "roll": roll, "pixel": [int(u), int(v)]}
