@@ -155,4 +155,4 @@ def nearest(what: str, given: object, valid: list[str]) -> str:
     meant = meant or [names[name] for name in difflib.get_close_matches(typed, names, n=1)]
     meant = meant or [name for name in valid if typed and name.lower().startswith(typed)]
     guess = f"; did you mean {' or '.join(map(repr, meant))}?" if meant else ""
-    return f"unknown {what} {given!r}{guess} (there are: {', '.join(valid) or 'none'})"
+    return f"unknown {what} {given!r}{guess} (available: {', '.join(valid) or 'none'})"

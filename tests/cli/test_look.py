@@ -69,7 +69,7 @@ def test_variant_option_selects_a_material_variant(folder: Path, capsys: pytest.
         assert run(f"render v.glb --integrator flat {SMALL} {option}") == 0
         assert (picture("v.png")[..., :3] == color).all(axis=-1).any()
     assert run("render v.glb --variant blue") == 1
-    assert "unknown variant 'blue' (there are: red)" in capsys.readouterr().err
+    assert "unknown variant 'blue' (available: red)" in capsys.readouterr().err
 
 
 def test_view_from_zoom_and_fov_options_place_the_camera(folder: Path) -> None:

@@ -249,7 +249,7 @@ fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(RenderError::settings(format!(
-            "threads: {threads}: expected a whole number from 1 to {MAX_THREADS}"
+            "threads: {threads}; expected a whole number from 1 to {MAX_THREADS}"
         )));
     }
     Ok(threads)

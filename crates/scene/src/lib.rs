@@ -1,8 +1,8 @@
 //! The scene as data: worlds of meshes, materials, lights and cameras, and their mathematics.
 //!
-//! Parts are joined by index. [`schema`] is what people write (world files and Python dicts); [`World`] is its meaning,
-//! with files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is the temporary
-//! one of a [`TextureCache`].
+//! Parts refer to each other by index. [`schema`] describes world files and Python dicts; [`World`] is the result, with
+//! files read and names resolved. This crate reads no user files and traces no rays; the only file it uses is the
+//! temporary file of a [`TextureCache`].
 //!
 //! ```text
 //! codes               macro for tables of codes
@@ -23,7 +23,7 @@
 //! schema              world files: deserialisation, specs, building a world
 //! ```
 //!
-//! A folder imports only those above it.
+//! A folder imports only from folders above it in this list.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! From a world file to the world it means.
+//! From a world file's description to a world.
 
 use crate::error::SceneError;
 use crate::light::Light;
@@ -9,10 +9,10 @@ use crate::schema::geometry::LoadedMeshes;
 use crate::world::World;
 
 impl WorldFile {
-    /// The world it describes. `files` reads the meshes and textures it names.
+    /// Returns the described world. `files` reads its meshes and textures.
     ///
     /// # Errors
-    /// [`SceneError::Schema`] with the path of the key at fault, and whatever `files` says.
+    /// [`SceneError::Schema`] with the path of the invalid key, and the errors of `files`.
     pub fn build<F: AssetLoader>(self, files: &mut F) -> Result<World, F::Error> {
         let mut world = World { up: self.up, ..World::default() };
         let mut known = LoadedMeshes::default();
