@@ -39,7 +39,7 @@ def flow(
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
-    scene_flow float32 [h, w, 3] motion of the point in the world, metres                                    NaN
+    scene_flow float32 [h, w, 3] motion of the point in the world, metres                                   NaN
     depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
     occluded   bool [h, w]       the point is inside the second image, but hidden there                   False
     outside    bool [h, w]       the point is not inside the second image                                 False

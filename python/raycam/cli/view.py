@@ -123,7 +123,7 @@ def _show_frames(options: argparse.Namespace) -> None:
 
 
 def _refuse_others(options: argparse.Namespace) -> None:
-    """Refuses options of worlds, which a saved frame does not have."""
+    """Raises an error for options that do not apply to a saved frame."""
     command = argparse.ArgumentParser(add_help=False)
     _add(command)
     defaults = vars(command.parse_args([options.world, *filter(None, [options.compare])]))
@@ -139,7 +139,7 @@ def _refuse_others(options: argparse.Namespace) -> None:
 
 
 def _view_world(options: argparse.Namespace) -> None:
-    """The live view, until Ctrl-C."""
+    """Runs the live view until Ctrl-C."""
     from ..viewer.viewer import Viewer, open_browser
 
     _check_host(options)

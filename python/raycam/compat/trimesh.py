@@ -182,7 +182,7 @@ def _choose_facing(
 
 
 def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
-    """All pairs of an index into `triangles` and a triangle that shares a vertex with the triangle there, or is equal."""
+    """All pairs of an index into `triangles` and a triangle that equals this triangle or shares a vertex with it."""
     _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     vertex = vertex.reshape(-1, 3)
     by_vertex = np.argsort(vertex.ravel(), kind="stable")

@@ -228,7 +228,7 @@ def _height_field(model: Any, field: int) -> tuple[Floats, Any]:
 
 
 def _add_lights(world: World, model: Any, data: Any, notices: list[Notice]) -> None:
-    """Adds directional lights as suns, and all other light as an even sky: a surface of albedo 1 shows `diffuse`."""
+    """Adds directional lights as suns, and other light as a uniform sky that gives albedo 1 the radiance `diffuse`."""
     ambient = np.zeros(3)
     if model.vis.headlight.active:
         ambient += np.asarray(model.vis.headlight.ambient) + np.asarray(model.vis.headlight.diffuse)

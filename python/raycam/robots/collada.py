@@ -62,7 +62,7 @@ def collada_to_glb(
 
 
 class _Converter:
-    """A document while it is converted."""
+    """The state of a document's conversion."""
 
     def __init__(
         self,
@@ -272,7 +272,7 @@ def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: i
 
 
 def _linear(colors: Any) -> Floats:
-    """Linear values of sRGB colours: Collada's colours are shown as they are by RViz and most exporters' tools."""
+    """Linear values of sRGB colours; like RViz and most exporters, raycam reads Collada's colours as sRGB."""
     values = np.asarray(colors, np.float64)
     return linear_from_srgb(values)
 

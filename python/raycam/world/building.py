@@ -172,7 +172,7 @@ class WorldBuilding(WorldContents):
         return robot
 
     def _add_model(self, model: RobotModel, files: FileResolver, **how: Any) -> Robot:
-        """Adds a robot of a file; `how` has the arguments of `place_robot`."""
+        """Adds a robot of a file; `how` contains the arguments of `place_robot`."""
         with self._warning():
             robot, notices = place_robot(self, model, files, **how)
             self._core.set_notices([*self._core.notices, *notices])

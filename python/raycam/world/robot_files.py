@@ -98,7 +98,7 @@ def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
 
 
 class _Builder:
-    """A robot while its objects are added."""
+    """The state of adding a robot's objects."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class _Builder:
         self.notices: list[Notice] = []
 
     def _shapes(self) -> list[tuple[str, int, robots.Visual]]:
-        """The link, number and shape of everything shown."""
+        """The link, number and shape of each visible shape."""
         return [
             (link.name, number, shape)
             for link in self._robot.description.links.values()
@@ -176,7 +176,7 @@ class _Builder:
         self._robot._parts.extend((names[number], link, matrix) for number, link, matrix in placed)
 
     def _replaced(self, link: str, shape: robots.Visual) -> list[tuple[robots.Visual, Floats]]:
-        """The shape with its scale [4, 4], or what is shown instead of a missing mesh."""
+        """The shape with its scale [4, 4], or the replacement of a missing mesh."""
         if shape.geometry.kind != "mesh":
             return [(shape, np.eye(4))]
         if self._found[shape.geometry.file] is not None:
@@ -253,7 +253,7 @@ class _Builder:
         return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
 
     def _image(self, mesh: Path, name: str) -> Path:
-        """The path of an image that a mesh names; raises `OSError`."""
+        """The path of an image named by a mesh; raises `OSError`."""
         try:
             if "://" in name or Path(name).is_absolute():
                 return self._files.find(name)
@@ -262,7 +262,7 @@ class _Builder:
             raise FileNotFoundError(str(reason)) from None
 
     def _material(self, material: robots.Material) -> dict[str, Any]:
-        """Keys of the object: colours of URDF are sRGB, as RViz shows them."""
+        """The object's material keys; colours of URDF are sRGB, as in RViz."""
         keys: dict[str, Any] = {}
         if material.rgba is not None:
             srgb = np.array(material.rgba[:3])
@@ -291,7 +291,7 @@ class _Builder:
 
 
 def _has_materials(path: Path) -> bool:
-    """True for an OBJ file with materials, which count instead of the description's, as in RViz."""
+    """True for an OBJ file with materials, which replace the description's, as in RViz."""
     if path.suffix.lower() != ".obj":
         return False
     with path.open("rb") as file:

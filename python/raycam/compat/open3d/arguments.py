@@ -39,7 +39,7 @@ def last(name: str, values: Any, width: int) -> Array:
 
 
 def rows(name: str, values: Any, kinds: str) -> Array:
-    """Returns numbers [n, 3] of the given dtype kinds ("fiu", or "iu" for integers); an empty array may have any shape."""
+    """Returns numbers [n, 3] of the given dtype kinds ("fiu", or "iu" for integers); any shape if empty."""
     array = array_of(name, values)
     if array.size == 0 and array.ndim:
         return np.zeros((0, 3), dtype=array.dtype if array.dtype.kind in kinds else np.int64)

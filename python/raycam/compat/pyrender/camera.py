@@ -33,7 +33,7 @@ class Camera:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions [n, 3], in camera coordinates, of rays through image positions (pixels from the corner).
+        """Origins and directions [n, 3], in camera coordinates, of rays through positions (pixels from the corner).
 
         Directions have z = -1, so that t is depth.
         """
