@@ -22,7 +22,7 @@ from .description import corner_values, indices, plain
 from .edit import describe_light_change, describe_object_change
 from .framing import framing_camera
 from .joint_keyframes import expand_joint_keyframes
-from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
+from .keys import FogKeys, LightKeys, ObjectChanges, ObjectKeys, light_keys, merge_keys, object_keys
 from .robot_files import place_robot
 from .robot_joints import move_robot
 from .targets import aim_light
@@ -215,6 +215,22 @@ class WorldBuilding(WorldContents):
         with self._warning():
             given = aim_light(self, light_keys(description, dict(keys)))
             return _core.world_add_light(self._core, plain(given), None)
+
+    def set_fog(self, description: Mapping[str, Any] | None = None, /, **keys: Unpack[FogKeys]) -> None:
+        """Fills the world outside of objects with fog, described as in `[fog]` of a world file; replaces earlier fog.
+
+        Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres
+        after which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that
+        is absorbed or scattered, per metre (ln 20 / `visibility`), `albedo` (default: 1) the fraction of that light
+        which is scattered; both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of
+        the scattering angle, between -1 and 1. `height` is the coordinate along the up axis below which the fog is
+        (default: everywhere).
+
+        Raises `WorldError` for an invalid value; the fog is then unchanged.
+        """
+        given = merge_keys(description, keys)
+        with self._warning():
+            _core.world_set_fog(self._core, plain(given) if given else None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera. A number is appended to a name that already exists. The first camera is the default camera."""
