@@ -56,6 +56,8 @@ def _lines(world: World) -> Iterator[str]:
     for light in world.lights:
         values = ", ".join(f"{key} {_light_value(value)}" for key, value in light.items() if key != "type")
         yield f"  {light['type']}: {values}"
+    if world.fog is not None:
+        yield "fog        " + ", ".join(f"{key} {_light_value(value)}" for key, value in world.fog.items())
     yield f"cameras    {counts['cameras']}"
     for name, camera in world.cameras.items():
         yield from _camera(f"{name!r}", camera)

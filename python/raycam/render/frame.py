@@ -55,6 +55,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
     alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
     shadow                float32 [h, w, 3] light that shadow catchers leave to the background          1
+    transmittance         float32 [h, w, 3] light that fog and media let pass to the camera             1, fog: 0
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 

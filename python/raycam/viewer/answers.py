@@ -6,7 +6,7 @@ import threading
 import traceback
 
 from ..errors import Cancelled, Error, SettingsError
-from .client_messages import Copy, Explain, Film, Message, Open, Probe, Snapshot
+from .client_messages import Copy, Explain, Film, Message, Open, Photograph, Probe, Snapshot
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
 from .scheduler import failure
@@ -15,7 +15,7 @@ from .session.copied import copied
 
 __all__ = ["AT_ONCE", "GRACE", "MOST_WAITING", "SLOW", "Answers", "answer", "probe"]
 
-SLOW = (Explain, Snapshot, Copy, Film, Open)
+SLOW = (Explain, Snapshot, Copy, Film, Open, Photograph)
 """The messages whose answers take their time."""
 AT_ONCE = 4
 """Answers that are made at the same time, of all clients."""
@@ -116,8 +116,10 @@ def answer(session: Session, message: Message) -> None:
         elif isinstance(message, Copy):
             text = copied(view, message.format, session.images.samples_of(view), session.notify)
             session.connection.send({"type": "copied", "text": text})
+        elif isinstance(message, Photograph):
+            session.send_photograph(message.name)
         elif isinstance(message, Open):
-            session.open_upload(message.name)
+            session.open_upload(message.name, message.others)
         elif isinstance(message, Film):
             _send_file(session, *film(session, message.seconds, message.degrees))
         elif isinstance(message, Snapshot):

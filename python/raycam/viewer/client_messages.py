@@ -21,6 +21,8 @@ MAX_IMAGE_SIZE = (2560, 1600)
 """The largest image that a client may request, in pixels."""
 MAX_CHUNK_LENGTH = 60_000
 """The longest piece of an upload, in characters of base64."""
+MAX_MODELS = 100
+"""Models that are opened together."""
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
@@ -168,6 +170,14 @@ class LookThrough(Message):
     """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
 
     KIND = "camera"
+    name: Name
+
+
+@dataclass(frozen=True)
+class Photograph(Message):
+    """Requests the photograph of a camera of the world."""
+
+    KIND = "photograph"
     name: Name
 
 
@@ -407,10 +417,11 @@ class Upload(Message):
 
 @dataclass(frozen=True)
 class Open(Message):
-    """Opens an uploaded file as the world."""
+    """Opens an uploaded file as the world; `others` are models that are shown in the same world."""
 
     KIND = "open"
     name: FileName
+    others: Annotated[list[FileName], Length(MAX_MODELS)]
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ BEST = {
     "material": "apart",
     "coverage": "apart",
     "alpha": "apart",
+    "transmittance": "left",
     "error": "apart",
 }
 

@@ -89,6 +89,14 @@ class WorldContents:
         )
 
     @property
+    def fog(self) -> dict[str, Any] | None:
+        """The fog as a read-only dict with the keys of `set_fog`, or None; a `visibility` is given as `extinction`."""
+        fog = self._core.fog
+        return (
+            None if fog is None else ReadOnlyDict(fog, "the fog is read-only; world.set_fog(...) changes it")
+        )
+
+    @property
     def cameras(self) -> dict[str, Camera]:
         """The cameras by name, with the default camera first, as a read-only dict."""
         found = {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}

@@ -46,6 +46,7 @@ def place_robot(
     geometry: str,
     category: str,
     missing: str,
+    up_axis: str = "ignore",
 ) -> tuple[robots.Robot, list[Notice]]:
     """Adds a robot's shapes to a world, with all joints at zero; returns the robot and notices.
 
@@ -55,6 +56,7 @@ def place_robot(
     one_of("geometry", geometry, list(GEOMETRIES))
     one_of("missing", missing, ["error", "box"])
     one_of("category", category, ["link", "robot"])
+    one_of("up_axis", up_axis, ["ignore", "apply"])
     description = model.description
     robot = robots.Robot.at_zero(
         description.name if name is None else name,
@@ -65,7 +67,7 @@ def place_robot(
         raise WorldError(
             f"robot {robot.name!r}: the name already exists; pass another name=", code="duplicate_name"
         )
-    builder = _Builder(world, robot, files, geometry, category)
+    builder = _Builder(world, robot, files, geometry, category, up_axis)
     builder.find_meshes(missing)
     builder.add_objects()
     for one in model.cameras:
@@ -107,7 +109,9 @@ class _Builder:
         files: robots.FileResolver,
         geometry: str,
         category: str,
+        up_axis: str,
     ) -> None:
+        self._up_axis = up_axis
         self._world, self._robot, self._files = world, robot, files
         self._geometry, self._category = geometry, category
         self._found: dict[str, Path | None] = {}
@@ -227,7 +231,9 @@ class _Builder:
         core, suffix = self._world._core, path.suffix.lower()
         if suffix == ".dae":
             with TemporaryDirectory(prefix="raycam-robot-") as folder:
-                data, notices = robots.collada_to_glb(path, lambda name: self._image(path, name))
+                data, notices = robots.collada_to_glb(
+                    path, lambda name: self._image(path, name), up_axis=self._up_axis
+                )
                 copy = Path(folder, f"{path.stem}.glb")
                 copy.write_bytes(data)
                 self.notices += notices

@@ -85,6 +85,16 @@ class Edits:
         self._after = []
         self._show(world)
 
+    def reload(self, world: World) -> int:
+        """Shows the world of a changed file; returns the number of discarded edits, which one undo restores."""
+        count = len(self._before)
+        self._stroke = None
+        self._before = [self.world.copy()] if count else []
+        self._after = []
+        self.opened = world
+        self._show(world)
+        return count
+
     def undo(self) -> None:
         """Undoes one edit; raises `WorldError` at the first world."""
         if not self._before:

@@ -43,10 +43,18 @@ class Opened:
     """The names of cameras that the file does not contain."""
     camera: Camera | None = None
     """The first camera; None for the world's first camera, or one that frames the world."""
+    camera_name: str = field(init=False, default="")
+    """The name of the first camera, if it is one of the world's; it stays if the world's file is loaded again."""
     framing: Mapping[str, Any] = field(default_factory=dict)
     """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
     fixed_size: tuple[int, int] | None = None
     """The space for images that the script chose, instead of the space in the client's window."""
+
+    def __post_init__(self) -> None:
+        """Finds the name of the first camera."""
+        named = self.edits.world.cameras if self.camera is not None else {}
+        name = next((name for name, each in named.items() if each == self.camera), "")
+        object.__setattr__(self, "camera_name", name)
 
     @property
     def fills_window(self) -> bool:
@@ -67,6 +75,8 @@ class Opened:
         base = self.edits.world
         if self.fills_window:
             return world.view_from(size=size, **self.framing), ""
+        if self.camera_name in base.cameras:
+            return base.cameras[self.camera_name], self.camera_name
         camera = base.default_camera() if self.camera is None else self.camera
         for name, each in base.cameras.items():
             if each == camera:
