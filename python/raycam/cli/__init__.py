@@ -281,9 +281,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog="To start, run `raycam demo DIR`. `raycam COMMAND --help` lists the options of a command.",
     )
     parsers: dict[str, argparse.ArgumentParser] = {}
-    parser.set_defaults(
-        main=main, commands=lambda: parsers
-    )  # for `demo`, which runs others, and `completion`
+    # `demo` runs other commands, and `completion` lists them.
+    parser.set_defaults(main=main, commands=lambda: parsers)
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():

@@ -296,9 +296,8 @@ class Job:
     def _create(self, package: JobPackage) -> None:
         """Writes the missing files of the job; `job.json` is last, so it exists only next to a complete package."""
         path, description = self._state / "package", self._state / "job.json"
-        begun = (
-            self._state / "scratch-begin"
-        )  # exists while a process creates the job, or after it was killed
+        # This folder exists while a process creates the job, or after the process was killed.
+        begun = self._state / "scratch-begin"
         whole = package.exists_in(path) or self._is_released()
         if description.exists() and whole and not begun.exists():
             return

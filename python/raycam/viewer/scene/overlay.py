@@ -98,9 +98,8 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
     )
     origins, directions = still.rays(around)
     cosines = directions @ still.forward
-    flat = (
-        np.isfinite(cosines).all() and cosines.min() > NARROW
-    )  # otherwise a part of a sphere, for wide lenses
+    # The view of a wide lens ends in a part of a sphere.
+    flat = np.isfinite(cosines).all() and cosines.min() > NARROW
     far = np.asarray(origins + (length / cosines[:, None] if flat else length) * directions)
     steps = np.linspace(0, 1, STEPS + 1)[:, None]
     to_corners = [origins[i] + steps * (far[i] - origins[i]) for i in range(0, 4 * STEPS, STEPS)]
