@@ -1,7 +1,7 @@
-"""An explanation as a figure: the picture with the marked pixel, ray and triangle in 3D, and the inside test.
+"""Figure of an explanation: the image with the marked pixel, ray and triangle in 3D, and the inside test.
 
 The figure shows the subjects of the lecture's figures in their colours and marks, without a browser.
-The 3D drawing is fitted to the triangle, whatever the distance of the camera; a longer ray is shortened with an axis
+The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with an axis
 break. Directions and all points of the plane are exact.
 """
 
@@ -217,7 +217,7 @@ def _labels(
     V: Floats,
     towards_eye: Floats,
 ) -> list[Label]:
-    """The labels of `ray_and_triangle`, beside points of the page."""
+    """The labels of `ray_and_triangle`, next to points of the page."""
     A, B, Cc = corners
     out = np.array(corners).mean(axis=0)
     return [

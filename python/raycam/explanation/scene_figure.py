@@ -73,7 +73,7 @@ def symbol_line(symbol: str, points: Floats, name: str = "", **style: Any) -> Li
 
 
 def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]:
-    """The path, and the shadow rays to lights that are points or directions."""
+    """The light path, and the shadow rays to point lights and directional lights."""
     far = FAR * float(np.linalg.norm(path.points[1] - path.points[0]))
     points = np.array([path.origin, *(point for _, point in path_marks(path))])
     lines = [symbol_line("r", points[:2], is_arrow=True)]
@@ -94,7 +94,7 @@ def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]
 
 
 def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
-    """The edges of the opened boxes, thinner from level to level, and the ray up to the triangle."""
+    """The edges of the opened boxes, thinner for each level, and the ray up to the triangle."""
     units, lines = explanation.units, []
     for box in search.boxes[:BOXES]:
         low, high = (units.origin + units.scale * each for each in (box.low, box.high))
@@ -150,7 +150,7 @@ def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
 
 
 def _figure(e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[Mark]) -> str:
-    """Two panels, the image and the view from the side, and notes below."""
+    """Draws two panels, the image and a side view, with notes below."""
     height = HEIGHT + 20 * max(0, len(notes) - 2)
     svg = Svg(WIDTH, height)
     svg.rectangle(0, 0, WIDTH, height, "#ffffff")
@@ -177,7 +177,7 @@ def _drawn(
     lines: list[Line],
     marks: list[Mark],
 ) -> None:
-    """The image of a camera in a box, its lines and marks over it, cut at the image's edges."""
+    """Draws a camera's image in a box, with lines and marks clipped at the image's edges."""
     width, height = camera.size
     with collected():
         picture = render(world, camera, integrator="flat", samples=1, channels="color").to_srgb8()
@@ -225,7 +225,7 @@ def runs(line: Line, camera: Camera) -> list[Floats]:
 
 
 def _runs(points: Floats) -> list[Floats]:
-    """The runs of two and more points of [n, 2] without a NaN between them."""
+    """The runs of at least two points of [n, 2] without NaN between them."""
     finite = np.isfinite(points).all(axis=1)
     pieces = np.split(points, np.nonzero(~finite)[0])
     pieces = [piece[np.isfinite(piece).all(axis=1)] for piece in pieces]
@@ -233,7 +233,7 @@ def _runs(points: Floats) -> list[Floats]:
 
 
 def _plain(points: Floats) -> Floats:
-    """Points [n, 2] of a line, or its two ends where it is straight to a hundredth of a pixel."""
+    """Points [n, 2] of a line, or only its two ends if it is straight within a hundredth of a pixel."""
     way = points[-1] - points[0]
     away = points[1:-1] - points[0]
     aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])
@@ -241,12 +241,12 @@ def _plain(points: Floats) -> Floats:
 
 
 def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """An image that is paler, so that lines over it are seen."""
+    """A paler copy of the image, on which lines are visible."""
     return np.asarray(255 - (255 - picture.astype(np.uint16)) * 5 // 8, np.uint8)
 
 
 def _side_camera(e: PixelSteps, lines: list[Line], size: tuple[int, int]) -> Camera:
-    """A camera that sees all lines from the side of the ray, and a little from above."""
+    """A camera that shows the lines near the ray from the side, and slightly from above."""
     start, end = focus(e)
     points = np.concatenate([line.points for line in lines])
     is_near = np.linalg.norm(points - (start + end) / 2, axis=1) <= 1.5 * np.linalg.norm(end - start)
