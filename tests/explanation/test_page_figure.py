@@ -1,4 +1,4 @@
-"""What pages draw the figures of an explanation from."""
+"""The data from which pages draw the figures of an explanation."""
 
 from __future__ import annotations
 

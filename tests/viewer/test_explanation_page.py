@@ -1,4 +1,4 @@
-"""The page of an explanation. Chromium draws it in `make proof`."""
+"""The page of an explanation. `make proof` draws it in Chromium."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_command_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.proof
-def test_figures_are_drawn_and_turn(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
+def test_figures_are_drawn_and_rotate(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
     raycam.explain(small_world, CAMERA, (24, 16)).save_figure(tmp_path / "explain.html")
     tab.call("Page.navigate", url=(tmp_path / "explain.html").as_uri())
     tab.wait("document.querySelectorAll('canvas').length === 2")

@@ -1,6 +1,6 @@
-"""An explanation as a figure: the picture with the marked pixel, ray and triangle in 3D, and the inside test.
+"""Figure of an explanation: the image with the marked pixel, ray and triangle in 3D, and the inside test.
 
-The 3D drawing is fitted to the triangle, whatever the distance of the camera; a longer ray is shortened with an axis
+The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with an axis
 break. Directions and all points of the plane are exact.
 """
 
@@ -213,7 +213,7 @@ def _labels(
     V: Floats,
     towards_eye: Floats,
 ) -> list[Label]:
-    """The labels of `ray_and_triangle`, beside points of the page."""
+    """The labels of `ray_and_triangle`, next to points of the page."""
     A, B, Cc = corners
     out = np.array(corners).mean(axis=0)
     return [

@@ -1,4 +1,4 @@
-"""What the figures of an explanation in pages are drawn from: the client's modules in `figure/` draw them."""
+"""The data of an explanation's figures in pages, which the client's modules in `figure/` draw."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ TRIANGLES = 300
 
 
 def page_figure(e: PixelSteps) -> dict[str, Any]:
-    """The ray, the picture's corners and the triangles around the hit, as JSON for `figure/pixel.js`.
+    """The ray, the image corners and the triangles around the hit, as JSON for `figure/pixel.js`.
 
-    Points are in the explanation's units. `rays` are start and direction of the picture's corners, top left, top right,
-    bottom right and bottom left; `triangle` is None if no plane is near the ray.
+    Points are in the explanation's units. `rays` are origins and directions at the image corners: top left, top right,
+    bottom right, bottom left. `triangle` is None if the ray hits no plane of a triangle.
     """
     width, height = e.camera.size
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) + e.camera.corner
@@ -46,7 +46,7 @@ def page_figure(e: PixelSteps) -> dict[str, Any]:
 
 
 def _around(e: PixelSteps, point: Floats) -> tuple[Floats, Floats]:
-    """The triangles [n, 3, 3] whose middles are closest to a point, and their linear colours [n, 3]."""
+    """The triangles [n, 3, 3] whose centres are closest to a point, and their linear colours [n, 3]."""
     triangles = e.units.points(np.asarray(e.world.triangles(), dtype=np.float64))
     distances = reference.length(triangles.mean(axis=1) - point)
     order = np.argsort(distances, kind="stable")[:TRIANGLES]

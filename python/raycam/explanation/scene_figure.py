@@ -45,7 +45,7 @@ class Line(NamedTuple):
 
 
 def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]:
-    """The path, and the shadow rays to lights that are points or directions."""
+    """The light path, and the shadow rays to point lights and directional lights."""
     lines = [Line("", RAY, path.points)]
     if lighting.surface is None:
         return lines
@@ -61,7 +61,7 @@ def light_lines(world: World, lighting: Lighting, path: LightPath) -> list[Line]
 
 
 def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
-    """The edges of the opened boxes, those of the same level in one colour, and the ray up to the triangle."""
+    """The edges of the opened boxes, in one colour per level, and the ray up to the triangle."""
     units, lines = explanation.units, []
     for box in search.boxes[:BOXES]:
         low, high = (units.origin + units.scale * each for each in (box.low, box.high))
@@ -101,7 +101,7 @@ def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
 def _figure(
     e: PixelSteps, title: str, lines: list[Line], notes: list[str], marks: list[tuple[str, Floats]]
 ) -> str:
-    """Two panels, the image and the view from the side, and notes below."""
+    """Draws two panels, the image and a side view, with notes below."""
     height = HEIGHT + 20 * max(0, len(notes) - 2)
     svg = Svg(WIDTH, height)
     svg.rectangle(0, 0, WIDTH, height, "#ffffff")
@@ -128,7 +128,7 @@ def _drawn(
     lines: list[Line],
     marks: list[tuple[str, Floats]],
 ) -> None:
-    """The image of a camera in a box, its lines and marks over it, cut at the image's edges."""
+    """Draws a camera's image in a box, with lines and marks clipped at the image's edges."""
     width, height = camera.size
     with collected():
         picture = render(world, camera, integrator="flat", samples=1, channels="color").to_srgb8()
@@ -168,7 +168,7 @@ def _drawn(
 
 
 def _runs(points: Floats) -> list[Floats]:
-    """The runs of two and more points of [n, 2] without a NaN between them."""
+    """The runs of at least two points of [n, 2] without NaN between them."""
     finite = np.isfinite(points).all(axis=1)
     pieces = np.split(points, np.nonzero(~finite)[0])
     pieces = [piece[np.isfinite(piece).all(axis=1)] for piece in pieces]
@@ -176,7 +176,7 @@ def _runs(points: Floats) -> list[Floats]:
 
 
 def _plain(points: Floats) -> Floats:
-    """Points [n, 2] of a line, or its two ends where it is straight to a hundredth of a pixel."""
+    """Points [n, 2] of a line, or only its two ends if it is straight within a hundredth of a pixel."""
     way = points[-1] - points[0]
     away = points[1:-1] - points[0]
     aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])
@@ -184,12 +184,12 @@ def _plain(points: Floats) -> Floats:
 
 
 def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """An image that is paler, so that lines over it are seen."""
+    """A paler copy of the image, on which lines are visible."""
     return np.asarray(255 - (255 - picture.astype(np.uint16)) * 5 // 8, np.uint8)
 
 
 def _side_camera(e: PixelSteps, lines: list[Line], size: tuple[int, int]) -> Camera:
-    """A camera that sees all lines from the side of the ray, and a little from above."""
+    """A camera that shows all lines from the side of the ray, and slightly from above."""
     points = np.concatenate([line.points for line in lines])
     low, high = points.min(axis=0), points.max(axis=0)
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)

@@ -18,7 +18,7 @@ __all__ = ["explanation_page"]
 
 
 def explanation_page(explanation: Explanation) -> str:
-    """The HTML text of a page with the explanation's figures, which readers turn, and its steps."""
+    """The HTML text of a page with the explanation's rotatable figures and its steps."""
     column, row = explanation.pixel
     frame = render(explanation.world, explanation.camera, integrator="flat", samples=1, channels="color")
     picture = base64.b64encode(_core.encode_png(frame.to_srgb8())).decode()
