@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from .lidar import Lidar, Scan, load_lidar, scan
     from .photos import PhotoTexture, SurfaceVisibility, photo_truth, surface_visibility, texture_from_photos
     from .randomize import Recipe, sample
-    from .viewer.viewer import Viewer, view
+    from .viewer.view import view
+    from .viewer.viewer import Viewer
     from .world.settle import Settled, settle
 
 __all__ = [
@@ -140,7 +141,7 @@ _LAZY_IMPORTS = {
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
     "Viewer": "viewer.viewer",
-    "view": "viewer.viewer",
+    "view": "viewer.view",
 }
 
 

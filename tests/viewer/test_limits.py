@@ -146,7 +146,7 @@ def test_opened_file_is_shown_only_to_its_client(
     first, second = (Client(open_socket(**parts_of(opening))) for _ in range(2))
     data = base64.b64encode(MESH).decode()
     first.say("upload", name="a.obj", bytes=len(MESH), offset=0, data=data)
-    first.say("open", name="a.obj")
+    first.say("open", name="a.obj", others=[])
     assert first.hear("welcome")[0]["title"] == "a.obj"
     sessions = [opening.sessions[each.welcome["session"]] for each in (first, second)]
     assert sessions[0].view.base.counts["triangles"] == 1
@@ -154,7 +154,7 @@ def test_opened_file_is_shown_only_to_its_client(
     first.say("edit", kind="object", number=0, key="color", value="#00ff00")
     first.hear("contents", undo=1)
     assert sessions[1].view.base is small_world
-    first.say("open", name="../a.obj")
+    first.say("open", name="../a.obj", others=[])
     assert "file name" in first.hear("error")[0]["text"]
 
 

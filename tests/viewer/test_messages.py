@@ -29,6 +29,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "locate": {"id": 3, "u": 3.25, "v": -4},
     "ground": {"id": 4, "begin": [0, 0, 1], "end": [0, 1, 1.5], "foot": 0.05},
     "camera": {"name": "front"},
+    "photograph": {"name": "front"},
     "time": {"t": 0.5, "animation": ""},
     "variant": {"name": "red"},
     "side": {"seq": 3, "name": "front"},
@@ -48,7 +49,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "film": {"seconds": 2, "degrees": 360},
     "stop": {},
     "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
-    "open": {"name": "a.glb"},
+    "open": {"name": "a.glb", "others": ["b.glb"]},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},
     "undo": {},
     "redo": {},
@@ -94,6 +95,7 @@ TAKEN = {
     **{("lens", field): (1.5,) for field in ("fx", "fy")},
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),
+    ("open", "others"): ([],),
     **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
     ("film", "seconds"): (1.5,),
@@ -102,7 +104,7 @@ TAKEN = {
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
-    ("camera", "name"): (PATH,),  # a name that no camera has
+    **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # a name that no camera has
     ("hello", "session"): (PATH,),  # a session that does not exist
 }
 """Which of these values a field may have."""

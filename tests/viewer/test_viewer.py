@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import raycam
 from raycam import cli
-from raycam.viewer import viewer as viewing
+from raycam.viewer import view as viewing
 from raycam.viewer.viewer import Viewer
 from support.patience import PATIENCE
 from support.raises import raises

@@ -15,19 +15,21 @@
 //! * [`nested_dielectrics`]: the media that a path is in, selected by priority (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks. Interactions, BSDF samples, direct lighting and shading are computed for many hits at
 //!   once.
+//! * [`closed_form_fog`]: the fog of `flat` and `direct`.
 //! * [`requirements`]: the lights and rays that each integrator requires.
 //! * [`shade`]: one hit of any material.
 //! * [`bright_path`]: traces the paths of a batch again to find the surfaces and the light of the brightest path, for
 //!   notices.
 //!
 //! Dependencies: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting
-//! <- shade <- batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `path_guiding`, `interaction`,
-//! `sampling` and `prepare`.
+//! <- shade <- batch <- path <- bright_path`, and `path_tracer <- closed_form_fog <- path`. The folder uses `bsdf`,
+//! `light`, `lobes`, `path_guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
 pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
+mod closed_form_fog;
 pub(crate) mod direct_lighting;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
@@ -115,6 +117,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         ambient_term: None,
         hide_environment: settings.transparent_background,
         catchers: settings.catchers,
+        air_light: Some(lights.air_light()),
     };
     if settings.integrator != Integrator::Direct {
         return paths;
@@ -140,6 +143,8 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
+        // Fog below a height depends on the ray.
+        Integrator::Flat if world.geometry.fog.is_some() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights that have no mesh.

@@ -11,10 +11,12 @@ use crate::error::RenderError;
 use crate::integrator::batch::hits::{Chunk, HitBatch};
 use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
+use crate::integrator::closed_form_fog::RayBegins;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
+use crate::prepare::fog::PreparedFog;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Catchers;
 use crate::soa::LANES;
@@ -29,6 +31,8 @@ pub(crate) struct PathScratch {
     pub(super) hits: Vec<Hit>,
     /// Radiance and density of the environment for the escaped rays of a bounce.
     escaped: Vec<(Vec3, f32)>,
+    /// Where the rays begin, in worlds with fog.
+    ray_begins: RayBegins,
     kind_sort: KindSort,
     hit_batch: HitBatch,
     pub(super) queues: WavefrontQueues,
@@ -48,6 +52,9 @@ pub(crate) fn radiance(
     scratch.generate_camera_paths(&tracer, batch);
     while !scratch.active.is_empty() {
         control.check()?;
+        if let Some(fog) = &world.geometry.fog {
+            scratch.apply_fog(&tracer, fog, batch, radiance);
+        }
         scratch.handle_escaped_rays(&tracer, radiance, is_background);
         scratch.evaluate_materials(&tracer, radiance, is_background);
         scratch.trace_rays(&tracer, batch, radiance);
@@ -84,6 +91,19 @@ impl PathScratch {
         self.hits.extend_from_slice(batch.hits);
         self.active.clear();
         self.active.extend(0..self.paths.len() as u32);
+    }
+
+    /// Dims the paths by the fog of their rays, in closed form.
+    #[inline(never)]
+    fn apply_fog(&mut self, tracer: &PathTracer, fog: &PreparedFog, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
+        if tracer.bounce == 0 {
+            self.ray_begins.clear();
+        }
+        for (&index, hit) in self.active.iter().zip(&self.hits) {
+            let path = &mut self.paths[index as usize];
+            let begin = self.ray_begins.advance(tracer.geometry, index as usize, path, hit, batch.start_depth);
+            tracer.apply_closed_form_fog(fog, path, hit, begin, &mut radiance[path.ray_index]);
+        }
     }
 
     /// Adds the light that escaped rays find, and removes the paths of these rays.

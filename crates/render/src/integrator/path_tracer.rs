@@ -9,6 +9,7 @@ use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
+use crate::light::air_light::AirLight;
 use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
@@ -52,6 +53,8 @@ pub(crate) struct PathSettings<'a> {
     pub hide_environment: bool,
     /// Part that shadow catchers have in the image.
     pub catchers: Catchers,
+    /// Light that fog scatters into rays, if fog is computed in closed form.
+    pub air_light: Option<&'a AirLight>,
 }
 
 /// Choice that light sampling makes at a point.
