@@ -277,7 +277,8 @@ def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_pla
     plan = raycam.Camera.orthographic([3, 2, 1], target=[0, 0, 0], height=4, size=SIZE)
     told = raycam.save_cameras(tmp_path / "calib.txt", {"plan": plan}, "kitti")
     assert any(
-        "its plane in which its rays start (and therefore its depth) is not written" in str(notice) for notice in told
+        "its plane in which its rays start (and therefore its depth) is not written" in str(notice)
+        for notice in told
     ), told
     back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
     world = np.random.default_rng(0).uniform(-1, 1, (50, 3))
