@@ -114,7 +114,7 @@ def bake(
     tangent_normal float32   the shading normal in MikkTSpace's tangent space, as in glTF: x along u, y up the image
     ao             float32   the cosine-weighted share of the hemisphere around the normal that is free within
                              `distance` metres, from `samples` rays: 1 is open, 0 closed
-    bent_normal    float32   the mean free direction, unit; the normal where none is free
+    bent_normal    float32   the mean free direction, unit; the normal if none is free
     thickness      float32   the mean distance to the next surface inside, cosine-weighted around the reversed normal
                              (Shapira et al. 2008); rays that leave count as `distance`, or not if that is infinite
     albedo         float32   the base colour of `source`, linear; (0, 0, 0) without a surface of it
