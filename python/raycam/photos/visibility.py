@@ -76,7 +76,7 @@ class SurfaceVisibility:
     """The visible faces of each camera; None unless `pairs=True`."""
 
     def of(self, instance: int) -> npt.NDArray[np.bool_]:
-        """Returns Returns True [n] for the faces of an object, by its id."""
+        """Returns True [n] for the faces of an object, by its id."""
         found: npt.NDArray[np.bool_] = self.ids[:, 0] == instance
         return found
 
