@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +45,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     """Positions of the vertices [v, 3] in the world, metres; None for textures."""
     faces: npt.NDArray[np.int32] | None = field(default=None, repr=False)
     """Vertices of the faces [f, 3]; None for textures."""
-    up: str = field(default="z", repr=False)
+    up: Literal["z", "y"] = field(default="z", repr=False)
     """The world's upward axis, "z" or "y"."""
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
